@@ -1,0 +1,66 @@
+"""From the inputs of the flat model to limited wheel commands, common to the kinematic laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.theory.robot import WheelGeometry
+from slipctl.tick import Array, Command
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """What the law knows about the robot's drive.
+
+    Attributes
+    ----------
+    geometry : WheelGeometry
+    speed_limit, yaw_rate_limit : (N,) arrays
+        [m/s], [rad/s]. The rim of a wheel may move at `speed_limit`, too.
+    speed_floor : (N,) array
+        Least commanded speed [m/s] (0.05 in Section VI of the paper): keeps the law off its singularity.
+    """
+
+    geometry: WheelGeometry
+    speed_limit: Array
+    yaw_rate_limit: Array
+    speed_floor: Array
+
+    def command(
+        self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float
+    ) -> tuple[Command, Array, Array]:
+        """Turn (ū₁, ū₂) into a command within the limits.
+
+        Parameters
+        ----------
+        commanded_speed, forward_acceleration, yaw_rate : (N,) arrays
+            v_k [m/s], ū₁ [m/s²], ū₂ [rad/s].
+        tick : float
+            [s].
+
+        Returns
+        -------
+        command : Command
+        memory : (N,) array
+            The speed that the law remembers: what was commanded, so that it cannot wind up past a limit, and
+            never below the floor [m/s].
+        saturated : (N,) bool array
+            Whether any limit changed the command.
+        """
+        wanted = commanded_speed + forward_acceleration * tick
+        speed = np.minimum(np.maximum(wanted, self.speed_floor), self.speed_limit)
+        turn = np.minimum(np.maximum(yaw_rate, -self.yaw_rate_limit), self.yaw_rate_limit)
+        rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
+        beyond = rim > self.speed_limit
+        scale = np.divide(self.speed_limit, rim, out=np.ones_like(rim), where=beyond)
+        saturated = (speed != wanted) | (turn != yaw_rate) | beyond
+        speed, turn = speed * scale, turn * scale
+        command = Command(
+            forward_acceleration=np.where(saturated, (speed - commanded_speed) / tick, forward_acceleration),
+            forward_speed=speed,
+            yaw_rate=turn,
+            wheel_rate=self.geometry.wheel_rates(speed, turn),
+        )
+        return command, np.maximum(speed, self.speed_floor), saturated

@@ -1,0 +1,36 @@
+"""The steps that every flatness-based kinematic law shares: errors, nominal input, inverse flat map."""
+
+from __future__ import annotations
+
+from slipctl.control.decision import Decision, DecisionTrace, SpeedMemory
+from slipctl.control.drive import DriveLimits
+from slipctl.theory.flatness import invert_decoupling
+from slipctl.tick import Array, Motion, Reference
+
+
+def flat_errors(reference: Reference, motion: Motion) -> tuple[Array, Array]:
+    """Return e₁ = F − F_d [m] and e₂ = Ḟ − Ḟ_d [m/s], (38) and (39), (N, 2) each."""
+    return motion.position - reference.position, motion.velocity - reference.velocity
+
+
+def nominal_input(reference: Reference, position_error: Array, velocity_error: Array, gains: Array) -> Array:
+    """Return v̂ = F̈_d − K₁e₁ − K₂e₂, (43), as (N, 2) [m/s²]; `gains` is (N, 2), K₁ then K₂."""
+    return reference.acceleration - gains[:, 0:1] * position_error - gains[:, 1:2] * velocity_error
+
+
+def decide(
+    drive: DriveLimits,
+    memory: SpeedMemory,
+    motion: Motion,
+    flat_input: Array,
+    trace: DecisionTrace,
+    tick: float,
+) -> Decision:
+    """Map a flat input (N, 2) [m/s²] to a limited command; the speed in B is the commanded one."""
+    cosine, sine = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
+    acceleration, turn = invert_decoupling(memory.forward_speed, cosine, sine, flat_input)
+    command, speed, saturated = drive.command(memory.forward_speed, acceleration, turn, tick)
+    trace = DecisionTrace(
+        trace.nominal_input, trace.robust_input, saturated, trace.robust_gain, trace.weighted_error
+    )
+    return Decision(command, SpeedMemory(speed), trace)

@@ -1,0 +1,38 @@
+"""The nominal law: exact linearisation of the kinematic model and two poles, (43) with (13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.control.decision import Decision, DecisionTrace, SpeedMemory
+from slipctl.control.drive import DriveLimits
+from slipctl.control.flat import decide, flat_errors, nominal_input
+from slipctl.tick import Array, Motion, Reference
+
+
+@dataclass(frozen=True)
+class NominalKinematic:
+    """The paper's nominal kinematic law, for any number of worlds.
+
+    Attributes
+    ----------
+    drive : DriveLimits
+    gains : (N, 2) array
+        K₁ [1/s²], K₂ [1/s].
+    """
+
+    drive: DriveLimits
+    gains: Array
+
+    def start(self, forward_speed: Array) -> SpeedMemory:
+        """Return the memory for a planned speed (N,) [m/s]; never below the floor."""
+        return SpeedMemory(np.maximum(forward_speed, self.drive.speed_floor))
+
+    def update(self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float) -> Decision:
+        """Decide the command of one tick."""
+        position_error, velocity_error = flat_errors(reference, motion)
+        nominal = nominal_input(reference, position_error, velocity_error, self.gains)
+        trace = DecisionTrace(nominal, np.zeros_like(nominal), np.zeros(len(nominal), dtype=bool))
+        return decide(self.drive, memory, motion, nominal, trace, tick)

@@ -1,0 +1,56 @@
+"""The robust law: nominal law and corrective term, (42) with (47) or (59)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.control.decision import Decision, DecisionTrace, SpeedMemory
+from slipctl.control.drive import DriveLimits
+from slipctl.control.flat import decide, flat_errors, nominal_input
+from slipctl.theory.robust import UncertaintyBound, corrective_input, norm
+from slipctl.tick import Array, Motion, Reference
+
+
+@dataclass(frozen=True)
+class RobustKinematic:
+    """The paper's robust kinematic law, for any number of worlds.
+
+    Attributes
+    ----------
+    drive : DriveLimits
+    gains : (N, 2) array
+        K₁ [1/s²], K₂ [1/s].
+    weights : (N, 2) array
+        P₁₂ and P₂₂ of the Lyapunov matrix, so that JᵀPe = P₁₂e₁ + P₂₂e₂.
+    slip_bound : (N,) array
+        α [1].
+    boundary_layer : (N,) array
+        ε; 0 is the discontinuous law (47).
+    bound : UncertaintyBound
+        ρ as a function.
+    """
+
+    drive: DriveLimits
+    gains: Array
+    weights: Array
+    slip_bound: Array
+    boundary_layer: Array
+    bound: UncertaintyBound
+
+    def start(self, forward_speed: Array) -> SpeedMemory:
+        """Return the memory for a planned speed (N,) [m/s]; never below the floor."""
+        return SpeedMemory(np.maximum(forward_speed, self.drive.speed_floor))
+
+    def update(self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float) -> Decision:
+        """Decide the command of one tick."""
+        position_error, velocity_error = flat_errors(reference, motion)
+        nominal = nominal_input(reference, position_error, velocity_error, self.gains)
+        weighted = self.weights[:, 0:1] * position_error + self.weights[:, 1:2] * velocity_error
+        cosine, sine = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
+        forward = cosine * nominal[:, 0] + sine * nominal[:, 1]
+        gain = self.bound(self.slip_bound, memory.forward_speed, norm(nominal), forward)
+        corrective = corrective_input(weighted, gain, self.boundary_layer)
+        trace = DecisionTrace(nominal, corrective, np.zeros(len(gain), dtype=bool), gain, weighted)
+        return decide(self.drive, memory, motion, nominal + corrective, trace, tick)

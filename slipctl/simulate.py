@@ -1,0 +1,131 @@
+"""The two protocols and the one loop.
+
+The loop states what it needs of a plant and of a controller; implementations know neither each other nor it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipctl.control.decision import Decision
+from slipctl.theory.slip import measure_slip
+from slipctl.tick import Array, BodyPose, Command, Motion, Reference, Slip, Start, Status, WheelContact
+
+
+class Plant(Protocol):
+    """A robot on its ground. State goes in and comes out; a step never changes an old state."""
+
+    def start(self, start: Start) -> Any:
+        """Return the state at t = 0."""
+        ...
+
+    def observe(self, state: Any) -> Motion:
+        """Return the motion at the state's instant."""
+        ...
+
+    def details(self, state: Any) -> tuple[BodyPose, WheelContact] | None:
+        """Return poses and contacts, or None where the plant has none."""
+        ...
+
+    def step(self, state: Any, command: Command, tick: float) -> Any:
+        """Return the state one tick [s] later; its `status` is an (N,) array of `Status`."""
+        ...
+
+
+class Controller(Protocol):
+    """A tracking law. What it remembers is returned, never stored."""
+
+    def start(self, forward_speed: Array) -> Any:
+        """Return the memory for a planned speed (N,) [m/s]."""
+        ...
+
+    def update(self, memory: Any, reference: Reference, motion: Motion, tick: float) -> Decision:
+        """Decide the command of one tick [s]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Row:
+    """Everything true at t_k, and the decision that acts from t_k on."""
+
+    reference: Reference
+    motion: Motion
+    slip: Slip
+    decision: Decision
+    details: tuple[BodyPose, WheelContact] | None
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How the worlds of a simulation ended.
+
+    Attributes
+    ----------
+    status : (N,) int8 array
+        Values of `Status`; `RUNNING` means that the world completed.
+    last_row : (N,) int array
+        The last row that counts.
+    """
+
+    status: NDArray[np.int8]
+    last_row: NDArray[np.int64]
+
+
+def simulate(
+    plant: Plant,
+    controller: Controller,
+    references: Reference,
+    start: Start,
+    tick: float,
+    write: Callable[[int, Row], None],
+    progress: Callable[[int], None] | None = None,
+) -> Ending:
+    """Run the closed loop of all worlds over all ticks.
+
+    Parameters
+    ----------
+    plant, controller : Plant, Controller
+        For the same N worlds.
+    references : Reference
+        Arrays (T + 1, N, 2): one row per tick, both ends included.
+    start : Start
+    tick : float
+        Control period [s].
+    write : callable
+        Called with k and row k for k = 0 … T.
+    progress : callable, optional
+        Called with k from time to time.
+
+    Returns
+    -------
+    Ending
+        A world's last row is the last one at which it still ran.
+    """
+    rows = len(references.position)
+    state = plant.start(start)
+    memory = controller.start(start.forward_speed)
+    last_row = np.full(len(start.heading), rows - 1)
+    running = np.ones(len(start.heading), dtype=bool)
+    for k in range(rows):
+        reference = Reference(references.position[k], references.velocity[k], references.acceleration[k])
+        motion = plant.observe(state)
+        decision = controller.update(memory, reference, motion, tick)
+        write(k, Row(reference, motion, measure_slip(motion), decision, plant.details(state)))
+        if k == rows - 1:
+            break
+        memory = decision.memory
+        state = plant.step(state, decision.command, tick)
+        ended = running & (state.status != Status.RUNNING)
+        if ended.any():
+            last_row[ended] = k
+            running &= ~ended
+            if not running.any():
+                break
+        if progress is not None and k % 64 == 0:
+            progress(k)
+    return Ending(state.status, last_row)

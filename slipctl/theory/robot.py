@@ -1,0 +1,41 @@
+"""Wheel kinematics of a differential drive: from body rates to wheel rates and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.tick import Array
+
+
+@dataclass(frozen=True)
+class WheelGeometry:
+    """The two lengths that tie wheel rates to body rates.
+
+    Attributes
+    ----------
+    wheel_radius : float
+        r [m].
+    half_track : float
+        b, **half** the distance between the wheels [m].
+    """
+
+    wheel_radius: float
+    half_track: float
+
+    def wheel_rates(self, forward_speed: Array, yaw_rate: Array) -> Array:
+        """Return wheel rates (N, 2), left and right [rad/s], of v (N,) [m/s] and w (N,) [rad/s]."""
+        sweep = self.half_track * yaw_rate
+        return np.stack([(forward_speed - sweep), (forward_speed + sweep)], axis=-1) / self.wheel_radius
+
+    def body_rates(self, wheel_rate: Array) -> tuple[Array, Array]:
+        """Return v (N,) [m/s] and w (N,) [rad/s] of wheel rates (N, 2), left and right [rad/s]."""
+        left, right = wheel_rate[..., 0], wheel_rate[..., 1]
+        forward_speed = self.wheel_radius * (left + right) / 2.0
+        yaw_rate = self.wheel_radius * (right - left) / (2.0 * self.half_track)
+        return forward_speed, yaw_rate
+
+
+MAGELLAN_PRO = WheelGeometry(wheel_radius=0.0825, half_track=0.1624)
+"""iRobot Magellan Pro, Table II of the paper."""

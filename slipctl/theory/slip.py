@@ -1,0 +1,174 @@
+"""The slip kinematics of the paper, measured and prescribed.
+
+Symbols as in the paper; v_s is positive to the **right** of the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from slipctl.tick import Array, Motion, Slip
+
+
+class SlipLaw(Protocol):
+    """A prescribed slip, as a function of time and of the signed wheel-derived speed."""
+
+    def __call__(self, time: float, forward_speed: Array) -> Slip:
+        """Return the slip at `time` [s] for wheel speeds `forward_speed` (N,) [m/s]."""
+        ...
+
+
+@dataclass(frozen=True)
+class NoSlip:
+    """Rolling without slip."""
+
+    def __call__(self, time: float, forward_speed: Array) -> Slip:
+        """Return zero slip, (N,) each."""
+        zero = np.zeros_like(forward_speed)
+        return Slip(zero, zero, zero)
+
+
+@dataclass(frozen=True)
+class ProportionalSlip:
+    """Slip proportional to the wheel speed, (83), (84), (86)–(88).
+
+    Attributes
+    ----------
+    longitudinal, lateral : (N,) arrays
+        v_t/v and v_s/v [1].
+    yaw : (N,) array
+        w_s/v [rad/m].
+    """
+
+    longitudinal: Array
+    lateral: Array
+    yaw: Array
+
+    def __call__(self, time: float, forward_speed: Array) -> Slip:
+        """Return the slip for wheel speeds (N,) [m/s]; `time` plays no part."""
+        return Slip(self.longitudinal * forward_speed, self.lateral * forward_speed, self.yaw * forward_speed)
+
+
+@dataclass(frozen=True)
+class SinusoidalSlip:
+    """Proportional slip whose fractions swing as sin(2πt/period) (assumed; not in the paper).
+
+    Attributes
+    ----------
+    longitudinal, lateral, yaw : (N,) arrays
+        Amplitudes, as in `ProportionalSlip`.
+    period : (N,) array
+        [s].
+    """
+
+    longitudinal: Array
+    lateral: Array
+    yaw: Array
+    period: Array
+
+    def __call__(self, time: float, forward_speed: Array) -> Slip:
+        """Return the slip at `time` [s] for wheel speeds (N,) [m/s]."""
+        swing = np.sin(2.0 * math.pi * time / self.period) * forward_speed
+        return Slip(self.longitudinal * swing, self.lateral * swing, self.yaw * swing)
+
+
+def slipping_velocity(forward_speed: Array, slip: Slip, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Return the world velocity of the axle midpoint, first two rows of (28) and (29).
+
+    Parameters
+    ----------
+    forward_speed, cosine, sine : (N,) arrays
+        v [m/s] and the heading vector.
+    slip : Slip
+
+    Returns
+    -------
+    tuple of (N,) arrays
+        ẋ and ẏ [m/s].
+    """
+    along = forward_speed + slip.longitudinal
+    return along * cosine + slip.lateral * sine, along * sine - slip.lateral * cosine
+
+
+def measure_slip(motion: Motion) -> Slip:
+    """Return the slip that explains a motion, the inverse of (28).
+
+    Parameters
+    ----------
+    motion : Motion
+        All of one instant: a velocity and a heading that are one physics step apart bias the lateral slip
+        by v·w·step.
+
+    Returns
+    -------
+    Slip
+        v_t = t·Ḟ − v, v_s = −n·Ḟ, w_s = Ω − w, (N,) each.
+    """
+    c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
+    vx, vy = motion.velocity[:, 0], motion.velocity[:, 1]
+    return Slip(
+        longitudinal=(c * vx + s * vy) - motion.forward_speed,
+        lateral=s * vx - c * vy,
+        yaw=motion.heading_rate - motion.yaw_rate,
+    )
+
+
+def slip_ratio(longitudinal: Array, lateral: Array, forward_speed: Array, least_speed: float = 0.05) -> Array:
+    """Return √(v_t² + v_s²)/max(|v|, least_speed), elementwise.
+
+    Parameters
+    ----------
+    longitudinal, lateral, forward_speed : arrays of one shape
+        [m/s].
+    least_speed : float
+        Keeps the ratio finite at standstill [m/s]; 0.05 is the paper's speed floor (Section VI).
+    """
+    return np.sqrt(longitudinal * longitudinal + lateral * lateral) / np.maximum(
+        np.abs(forward_speed), least_speed
+    )
+
+
+def slip_terms(
+    forward_speed: Array,
+    slip: Slip,
+    longitudinal_rate: Array,
+    lateral_rate: Array,
+    cosine: Array,
+    sine: Array,
+) -> tuple[Array, Array]:
+    """Return the matrices C and D of (33) and (34).
+
+    Parameters
+    ----------
+    forward_speed : (N,) array
+        v [m/s].
+    slip : Slip
+    longitudinal_rate, lateral_rate : (N,) arrays
+        v̇_t and v̇_s [m/s²].
+    cosine, sine : (N,) arrays
+        The heading vector.
+
+    Returns
+    -------
+    C : (N, 2) array
+        [m/s²].
+    D : (N, 2, 2) array
+        Multiplies (ū₁, ū₂).
+    """
+    v_t, v_s, w_s = slip.longitudinal, slip.lateral, slip.yaw
+    along = v_s * w_s + longitudinal_rate
+    across = forward_speed * w_s + v_t * w_s - lateral_rate
+    c_matrix = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
+    zero = np.zeros_like(cosine)
+    d_matrix = np.stack(
+        [
+            np.stack([zero, -v_t * sine + v_s * cosine], axis=-1),
+            np.stack([zero, v_t * cosine + v_s * sine], axis=-1),
+        ],
+        axis=-2,
+    )
+    return c_matrix, d_matrix
