@@ -12,9 +12,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from slipctl.control.decision import Decision
 from slipctl.theory.slip import measure_slip
-from slipctl.tick import Array, BodyPose, Command, Motion, Reference, Slip, Start, Status, WheelContact
+from slipctl.tick import (
+    Array,
+    BodyPose,
+    Command,
+    Decision,
+    Motion,
+    Reference,
+    Slip,
+    Start,
+    Status,
+    WheelContact,
+)
 
 
 class Plant(Protocol):

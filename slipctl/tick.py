@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,47 @@ class Command:
     forward_speed: Array
     yaw_rate: Array
     wheel_rate: Array
+
+
+@dataclass(frozen=True)
+class DecisionTrace:
+    """Why a law decided as it did; what a law does not have is None.
+
+    Attributes
+    ----------
+    nominal_input, robust_input : (N, 2) arrays
+        v̂ and Δv [m/s²].
+    saturated : (N,) bool array
+        Whether a limit changed the command.
+    robust_gain : (N,) array or None
+        ρ [m/s²].
+    weighted_error : (N, 2) array or None
+        JᵀPe, the vector whose length the boundary layer bounds.
+    """
+
+    nominal_input: Array
+    robust_input: Array
+    saturated: NDArray[np.bool_]
+    robust_gain: Array | None = None
+    weighted_error: Array | None = None
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a law decides in one tick.
+
+    Attributes
+    ----------
+    command : Command
+    memory : object
+        What the law wants to see again at the next tick; opaque to everybody else.
+    trace : DecisionTrace
+        The reasons.
+    """
+
+    command: Command
+    memory: Any
+    trace: DecisionTrace
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,19 @@ from slipctl.tick import Array, Command
 
 
 @dataclass(frozen=True)
+class SpeedMemory:
+    """The prolonged state of the law.
+
+    Attributes
+    ----------
+    forward_speed : (N,) array
+        The commanded speed v_k [m/s].
+    """
+
+    forward_speed: Array
+
+
+@dataclass(frozen=True)
 class DriveLimits:
     """What the law knows about the robot's drive.
 

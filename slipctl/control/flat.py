@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from slipctl.control.decision import Decision, DecisionTrace, SpeedMemory
-from slipctl.control.drive import DriveLimits
+from slipctl.control.drive import DriveLimits, SpeedMemory
 from slipctl.theory.flatness import invert_decoupling
-from slipctl.tick import Array, Motion, Reference
+from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference
 
 
 def flat_errors(reference: Reference, motion: Motion) -> tuple[Array, Array]:

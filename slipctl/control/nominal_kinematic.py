@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipctl.control.decision import Decision, DecisionTrace, SpeedMemory
-from slipctl.control.drive import DriveLimits
+from slipctl.control.drive import DriveLimits, SpeedMemory
 from slipctl.control.flat import decide, flat_errors, nominal_input
-from slipctl.tick import Array, Motion, Reference
+from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference
 
 
 @dataclass(frozen=True)

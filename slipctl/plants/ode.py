@@ -42,8 +42,8 @@ class OdeState:
 class KinematicOde:
     """Equation (29): ẋ, ẏ, θ̇ with slip, v̇ = ū₁, both inputs held over a tick.
 
-    The wheels do exactly what they are told, so v is the wheel-derived speed. One classical Runge–Kutta step per
-    tick: its error at 100 Hz is far below the 1e-6 that a test holds against Radau.
+    The wheels do exactly what they are told, so v is the wheel-derived speed. One classical Runge–Kutta step
+    per tick: its error at 100 Hz is far below the 1e-6 that a test holds against Radau.
 
     Attributes
     ----------
