@@ -1,0 +1,1 @@
+"""Robots on their ground: the paper's slip model and MuJoCo."""

@@ -1,0 +1,154 @@
+"""The ground of every world, and what it means in MuJoCo's numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.plants.model import Tyre
+from slipctl.tick import Array, Slip
+
+GRAVITY = 9.81
+"""Standard gravity as slipctl rounds it [m/s²]."""
+
+LEAST_CREEP_SPEED = 0.05
+"""Wheel speed below which creep stops growing stiffer, so that it stays finite at standstill [m/s] (assumed)."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What the wheels stand on, per world.
+
+    Attributes
+    ----------
+    friction : (N, 2) array
+        Coulomb coefficient under the left and right wheel [1].
+    film : (N,) array
+        Viscous film per wheel [N·s/m]; NaN for none.
+    creep_stiffness : (N,) array
+        Force per unit slip ratio and wheel [N]; NaN for none. Not together with a film.
+    slope : (N,) array
+        Angle of the ground [rad].
+    downhill : (N,) array
+        World direction of gravity's part along the ground [rad].
+    """
+
+    friction: Array
+    film: Array
+    creep_stiffness: Array
+    slope: Array
+    downhill: Array
+
+    @classmethod
+    def flat(cls, friction: float | Array, count: int = 1) -> Ground:
+        """Return flat dry ground of one friction, or of friction (N,) or (N, 2), for `count` worlds."""
+        value = np.asarray(friction, dtype=np.float64)
+        if value.ndim == 1:
+            value = value[:, None]
+        pair = np.array(np.broadcast_to(value, (len(value) if value.ndim else count, 2)))
+        none = np.full(len(pair), np.nan)
+        zero = np.zeros(len(pair))
+        return cls(friction=pair, film=none, creep_stiffness=none, slope=zero, downhill=zero)
+
+
+def gravity(ground: Ground) -> Array:
+    """Return gravity (N, 3) in the frame of the ground [m/s²]: the floor stays level, gravity tilts."""
+    rows = [
+        (
+            GRAVITY * math.sin(slope) * math.cos(downhill),
+            GRAVITY * math.sin(slope) * math.sin(downhill),
+            -GRAVITY * math.cos(slope),
+        )
+        for slope, downhill in zip(ground.slope.tolist(), ground.downhill.tolist(), strict=True)
+    ]
+    return np.array(rows)
+
+
+@dataclass(frozen=True)
+class Grip:
+    """How friction gives way below its limit, in MuJoCo's terms.
+
+    Attributes
+    ----------
+    impratio : (N,) array
+        Ratio of frictional to normal impedance, one for both wheels [1].
+    rate : (N, 2) array
+        b_t of the left and right wheel [1/s].
+    """
+
+    impratio: Array
+    rate: Array
+
+    def solreffriction(self, tyre: Tyre) -> Array:
+        """Return MuJoCo's ``solreffriction`` (N, 2 wheels, 2), in its direct format."""
+        pair = np.empty((*self.rate.shape, 2))
+        pair[..., 0] = -1e-9  # ignored, but it must be negative for the second number to be taken as damping
+        pair[..., 1] = -self.rate * tyre.impedance
+        return pair
+
+
+def viscosity(ground: Ground, wheel_speed: Array) -> Array:
+    """Return the friction force per slip velocity below the limit.
+
+    Parameters
+    ----------
+    ground : Ground
+    wheel_speed : (N, 2) array
+        r·ω of the wheels [m/s].
+
+    Returns
+    -------
+    (N, 2) array
+        C [N·s/m]: the film; for tyre creep F = C_κ·κ with κ = (slip velocity)/|r ω|, so C = C_κ/|r ω|; NaN where
+        the ground has neither.
+    """
+    creep = ground.creep_stiffness[:, None] / np.maximum(np.abs(wheel_speed), LEAST_CREEP_SPEED)
+    film = ground.film[:, None]
+    return np.where(np.isnan(film), creep, film)
+
+
+def grip(tyre: Tyre, viscosity: Array) -> Grip:
+    """Return the contact parameters that make the friction of stick a damper.
+
+    From C = b_t·impratio/R (`Tyre`). The stiffer wheel keeps the model's b_t and impratio takes up the rest: a smaller
+    b_t would make curves cost slip (v_s = v·w/b_t in steady turning, because MuJoCo leaves J̇v out of a contact's
+    acceleration).
+
+    Parameters
+    ----------
+    tyre : Tyre
+    viscosity : (N, 2) array
+        C per wheel [N·s/m]; NaN for plain grip.
+    """
+    wanted = viscosity * tyre.softness
+    none = np.isnan(wanted[:, 0])
+    impratio = np.where(none, tyre.impratio, np.maximum(wanted[:, 0], wanted[:, 1]) / tyre.rate)
+    rate = np.where(none[:, None], tyre.rate, wanted / impratio[:, None])
+    return Grip(impratio=impratio, rate=rate)
+
+
+def floor_motion(slip: Slip, position: Array, heading_vector: Array) -> Array:
+    """Return the surface velocity that gives a robot in grip a prescribed slip.
+
+    Parameters
+    ----------
+    slip : Slip
+        v_t, v_s (to the right), w_s, (N,) each.
+    position : (N, 2) array
+        Axle midpoint [m]: w_s turns the surface about it.
+    heading_vector : (N, 2) array
+        Cosine and sine of the heading.
+
+    Returns
+    -------
+    (N, 6) array
+        MuJoCo's ``surfacevel``: velocity at the world's origin [m/s], then angular velocity [rad/s].
+    """
+    cosine, sine = heading_vector[:, 0], heading_vector[:, 1]
+    surface = np.zeros((len(position), 6))
+    surface[:, 0] = slip.longitudinal * cosine + slip.lateral * sine + slip.yaw * position[:, 1]
+    surface[:, 1] = slip.longitudinal * sine - slip.lateral * cosine - slip.yaw * position[:, 0]
+    surface[:, 5] = slip.yaw
+    return surface
