@@ -6,15 +6,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from mujoco.batch import Batch
 
-from slipctl.plants.model import Tyre
+from slipctl.plants.model import WHEELS, Tyre
 from slipctl.tick import Array, Slip
 
 GRAVITY = 9.81
 """Standard gravity as slipctl rounds it [m/s²]."""
 
 LEAST_CREEP_SPEED = 0.05
-"""Wheel speed below which creep stops growing stiffer, so that it stays finite at standstill [m/s] (assumed)."""
+"""Wheel speed below which creep grows no stiffer, so that it stays finite at standstill [m/s] (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,8 @@ def viscosity(ground: Ground, wheel_speed: Array) -> Array:
     Returns
     -------
     (N, 2) array
-        C [N·s/m]: the film; for tyre creep F = C_κ·κ with κ = (slip velocity)/|r ω|, so C = C_κ/|r ω|; NaN where
-        the ground has neither.
+        C [N·s/m]: the film; for tyre creep F = C_κ·κ with κ = (slip velocity)/|r ω|, so C = C_κ/|r ω|; NaN
+        where the ground has neither.
     """
     creep = ground.creep_stiffness[:, None] / np.maximum(np.abs(wheel_speed), LEAST_CREEP_SPEED)
     film = ground.film[:, None]
@@ -112,9 +113,9 @@ def viscosity(ground: Ground, wheel_speed: Array) -> Array:
 def grip(tyre: Tyre, viscosity: Array) -> Grip:
     """Return the contact parameters that make the friction of stick a damper.
 
-    From C = b_t·impratio/R (`Tyre`). The stiffer wheel keeps the model's b_t and impratio takes up the rest: a smaller
-    b_t would make curves cost slip (v_s = v·w/b_t in steady turning, because MuJoCo leaves J̇v out of a contact's
-    acceleration).
+    From C = b_t·impratio/R (`Tyre`). The stiffer wheel keeps the model's b_t and impratio takes up the rest:
+    a smaller b_t would make curves cost slip (v_s = v·w/b_t in steady turning, because MuJoCo leaves J̇v out
+    of a contact's acceleration).
 
     Parameters
     ----------
@@ -152,3 +153,33 @@ def floor_motion(slip: Slip, position: Array, heading_vector: Array) -> Array:
     surface[:, 1] = slip.longitudinal * sine - slip.lateral * cosine - slip.yaw * position[:, 0]
     surface[:, 5] = slip.yaw
     return surface
+
+
+def _tyre_pairs(batch: Batch) -> list[int]:
+    # by name: compiled pairs are sorted, not in file order
+    return [batch.model.pair(f"{side}_tyre").id for side in WHEELS]
+
+
+def soften(batch: Batch, viscosity: Array, tyre: Tyre) -> None:
+    """Write into every world how friction gives way below its limit, (N, 2) [N·s/m], NaN for grip."""
+    contact = grip(tyre, viscosity)
+    batch.expand("opt.impratio")[...] = contact.impratio
+    batch.expand("pair_solreffriction")[:, _tyre_pairs(batch)] = contact.solreffriction(tyre)
+
+
+def lay(batch: Batch, ground: Ground, tyre: Tyre) -> None:
+    """Write into every world what of its ground does not change during a run.
+
+    Parameters
+    ----------
+    batch : mujoco.batch.Batch
+        Of the N worlds of `ground`.
+    ground : Ground
+    tyre : Tyre
+        Of the compiled model.
+    """
+    batch.expand("pair_friction")[:, _tyre_pairs(batch), :2] = ground.friction[:, :, None]
+    if (ground.slope != 0.0).any():
+        batch.expand("opt.gravity")[...] = gravity(ground)
+    if not np.isnan(ground.film).all():
+        soften(batch, viscosity(ground, np.zeros_like(ground.friction)), tyre)

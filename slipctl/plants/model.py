@@ -1,4 +1,7 @@
-"""The robot as MuJoCo sees it: find the file, edit what varies in structure, compile, read back what came out."""
+"""The robot as MuJoCo sees it: find the file, edit what varies in structure, compile, read back."""
+
+# MuJoCo's compiled modules carry no type stubs, so pyright knows none of their names.
+# pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 
@@ -112,8 +115,8 @@ def compile_model(
     torque_limit : float, optional
         Largest wheel torque [N·m]; the file's own by default. Torque motors need one.
     moving_floor : bool
-        Compile a floor whose surface may be moved later. MuJoCo ignores a surface velocity that is written into a
-        model compiled without any, so it gets one of 1e-12 m/s.
+        Compile a floor whose surface may be moved later. MuJoCo ignores a surface velocity that is written
+        into a model compiled without any, so it gets one of 1e-12 m/s.
 
     Raises
     ------
@@ -155,8 +158,8 @@ class Tyre:
     Attributes
     ----------
     softness : (2,) array
-        R = A(1−d)/d of the normal direction, left and right [1/kg], A the inverse mass at the contact and d the
-        impedance.
+        R = A(1−d)/d of the normal direction, left and right [1/kg], A the inverse mass at the contact and d
+        the impedance.
     rate : float
         b_t, at which MuJoCo's reference motion takes slip away [1/s].
     impedance : float
@@ -265,7 +268,7 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
 
 
 def shapes(model: mujoco.MjModel) -> list[Shape]:
-    """Return what a viewer draws of the robot: the geoms of base and wheels in the groups shown by default (0–2)."""
+    """Return what a viewer draws of the robot: its geoms in the groups shown by default, 0–2."""
     bodies = {model.body(name).id: name for name in ("base", "left_wheel", "right_wheel")}
     drawn = []
     for geom in range(model.ngeom):

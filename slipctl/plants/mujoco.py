@@ -1,5 +1,8 @@
 """Many robots on MuJoCo, one per world, stepped together."""
 
+# MuJoCo's compiled modules carry no type stubs, so pyright knows none of their names.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import math
@@ -11,95 +14,26 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from slipctl.plants.ground import Ground, Grip, floor_motion, gravity, grip, viscosity
-from slipctl.plants.model import WHEELS, Standstill, compile_model, find_model, model_id, settle, shapes
+from slipctl.plants.ground import Ground, floor_motion, lay, soften, viscosity
+from slipctl.plants.model import Standstill, compile_model, find_model, model_id, settle, shapes
+from slipctl.plants.rows import Columns, MujocoState, unit
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import NoSlip, SlipLaw, slipping_velocity
 from slipctl.tick import Array, BodyPose, Command, Motion, Shape, Start, Status, WheelContact
 
+Statuses = NDArray[np.int8]
+Flags = NDArray[np.bool_]
+
 LEAST_UPRIGHT = math.sqrt(0.75)
 """Cosine of the tilt at which a robot has tipped, 30 degrees."""
-
-SLIDING_SHARE = 0.98
-"""Share of μN from which a wheel counts as sliding; MuJoCo itself does not tell stick from slide (assumed)."""
-
-
-@dataclass(frozen=True)
-class MujocoState:
-    """Everything MuJoCo integrates, and what its sensors read in the last physics step.
-
-    Attributes
-    ----------
-    rows : (N, nstate) array
-        The engine's ``mjSTATE_INTEGRATION`` of every world.
-    sensors : (N, nsensordata) array
-        Forces belong to the last physics step, so they are one physics step older than the pose.
-    time : float
-        [s].
-    status : (N,) int8 array
-        Values of `Status`. A world that tipped or left keeps the state in which it did; one that diverged keeps the
-        last good one.
-    """
-
-    rows: Array
-    sensors: Array
-    time: float
-    status: NDArray[np.int8]
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """Where things stand in the state row and among the sensors."""
-
-    position: slice
-    quaternion: slice
-    velocity: slice
-    yaw: int
-    wheel_angle: list[int]
-    wheel_rate: list[int]
-    force: list[slice]
-    torque: list[int]
-    forward: slice
-
-    @classmethod
-    def of(cls, batch: Batch) -> _Columns:
-        model = batch.model
-
-        def offset(name: str) -> int:
-            view, state = batch.bind(name), batch.state
-            return (view.ctypes.data - state.ctypes.data) // state.itemsize
-
-        qpos, qvel = offset("qpos"), offset("qvel")
-        root = model.body("base").jntadr[0]
-        q, v = qpos + int(model.jnt_qposadr[root]), qvel + int(model.jnt_dofadr[root])
-        axles = [model.joint(f"{side}_axle") for side in WHEELS]
-        forces = [int(model.sensor(f"{side}_tyre_force").adr[0]) for side in WHEELS]
-        forward = int(model.sensor("forward").adr[0])
-        return cls(
-            position=slice(q, q + 3),
-            quaternion=slice(q + 3, q + 7),
-            velocity=slice(v, v + 2),
-            yaw=v + 5,
-            wheel_angle=[qpos + int(axle.qposadr[0]) for axle in axles],
-            wheel_rate=[qvel + int(axle.dofadr[0]) for axle in axles],
-            force=[slice(adr, adr + 3) for adr in forces],
-            torque=[int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS],
-            forward=slice(forward, forward + 2),
-        )
-
-
-def _unit(x: Array, y: Array) -> Array:
-    """Return (x, y) as (N, 2) of length one; zero stays zero."""
-    length = np.sqrt(x * x + y * y)
-    return np.stack([x, y], axis=-1) / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
 class MujocoPlant:
     """The robot of a model file on the ground of every world; `build` makes one.
 
-    The batch is scratch space: `step` writes all it reads, so the same state and command give the same bits, whatever
-    was stepped before, in whatever company and on however many threads.
+    The batch is scratch space: `step` writes all it reads, so the same state and command give the same bits,
+    whatever was stepped before, in whatever company and on however many threads.
 
     Attributes
     ----------
@@ -124,7 +58,7 @@ class MujocoPlant:
     arena: Array
     geometry: list[Shape]
     model_id: str
-    _columns: _Columns
+    _columns: Columns
 
     @classmethod
     def build(
@@ -173,8 +107,9 @@ class MujocoPlant:
         compiled = compile_model(path, timestep, speed_drive, torque_limit, moving_floor=slip_law is not None)
         count = len(ground.friction)
         batch = Batch(compiled, nsim=count, nthread=threads)
-        standstill = settle(compiled)
-        _lay(batch, ground, standstill)
+        # on grip that does not move, whatever the ground
+        standstill = settle(compile_model(path, timestep, speed_drive, torque_limit))
+        lay(batch, ground, standstill.tyre)
         batch.bind("sensordata")
         return cls(
             batch=batch,
@@ -184,8 +119,12 @@ class MujocoPlant:
             arena=np.array(np.broadcast_to(np.asarray(arena, dtype=np.float64), (count,))),
             geometry=shapes(compiled),
             model_id=model_id(path),
-            _columns=_Columns.of(batch),
+            _columns=_columns(batch),
         )
+
+    @property
+    def _wheels(self) -> WheelGeometry:
+        return WheelGeometry(self.wheel_radius, self.half_track)
 
     @property
     def wheel_radius(self) -> float:
@@ -215,10 +154,8 @@ class MujocoPlant:
         rows[:, columns.quaternion] = [_turned(angle, self.standstill.quaternion) for angle in heading]
         velocity = slipping_velocity(start.forward_speed, slip, cosine, sine)
         rows[:, columns.velocity] = np.stack(velocity, axis=-1)
-        rows[:, columns.yaw] = start.yaw_rate + slip.yaw
-        wheel_rate = WheelGeometry(self.wheel_radius, self.half_track).wheel_rates(
-            start.forward_speed, start.yaw_rate
-        )
+        rows[:, columns.yaw_rate] = start.yaw_rate + slip.yaw
+        wheel_rate = self._wheels.wheel_rates(start.forward_speed, start.yaw_rate)
         rows[:, columns.wheel_rate] = wheel_rate
 
         state = MujocoState(rows, np.empty(0), 0.0, np.zeros(len(rows), dtype=np.int8))
@@ -227,44 +164,15 @@ class MujocoPlant:
         return replace(state, sensors=np.array(self.batch.bind("sensordata")))
 
     def observe(self, state: MujocoState) -> Motion:
-        """Return the motion, from positions and velocities only: everything MuJoCo derives is one step older."""
-        rows, columns = state.rows, self._columns
-        w, x, y, z = (rows[:, columns.quaternion.start + i] for i in range(4))
-        wheel_rate = rows[:, columns.wheel_rate]
-        forward_speed, yaw_rate = WheelGeometry(self.wheel_radius, self.half_track).body_rates(wheel_rate)
-        return Motion(
-            position=rows[:, columns.position.start : columns.position.start + 2],
-            velocity=rows[:, columns.velocity],
-            heading_vector=_unit(w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)),
-            heading_rate=rows[:, columns.yaw],
-            wheel_rate=wheel_rate,
-            forward_speed=forward_speed,
-            yaw_rate=yaw_rate,
-        )
+        """Return the motion at the state's instant."""
+        return self._columns.motion(state.rows, self._wheels)
 
     def details(self, state: MujocoState) -> tuple[BodyPose, WheelContact]:
-        """Return the poses, and the wheels' forces over the last physics step (at the start: the first one's)."""
-        rows, sensors, columns = state.rows, state.sensors, self._columns
-        pose = BodyPose(
-            height=rows[:, columns.position.start + 2],
-            quaternion=rows[:, columns.quaternion],
-            wheel_angle=rows[:, columns.wheel_angle],
-        )
-        forward = _unit(sensors[:, columns.forward.start], sensors[:, columns.forward.start + 1])
-        force = np.stack([sensors[:, part] for part in columns.force], axis=1)
-        x, y, normal = force[..., 0], force[..., 1], force[..., 2]
-        cosine, sine = forward[:, :1], forward[:, 1:]
-        friction = np.sqrt(x * x + y * y)
-        return pose, WheelContact(
-            torque=sensors[:, columns.torque],
-            normal_force=normal,
-            longitudinal_force=cosine * x + sine * y,
-            lateral_force=cosine * y - sine * x,
-            sliding=friction > SLIDING_SHARE * self.ground.friction * normal,
-        )
+        """Return the poses, and the wheels' forces over the last physics step (at the start: the first)."""
+        return self._columns.pose(state.rows), self._columns.contact(state.sensors, self.ground.friction)
 
     def step(self, state: MujocoState, command: Command, tick: float) -> MujocoState:
-        """Return the state one tick [s] later, a multiple of the physics step; worlds that ended stay as they are.
+        """Return the state one tick [s] later; worlds that ended stay as they are.
 
         Raises
         ------
@@ -296,14 +204,10 @@ class MujocoPlant:
             rows[~good], sensors[~good] = state.rows[~good], state.sensors[~good]
         return MujocoState(rows, sensors, state.time + tick, self._judged(state.status, rows, running, good))
 
-    def _judged(self, status: NDArray[np.int8], rows: Array, running: Array, good: Array) -> NDArray[np.int8]:
-        columns = self._columns
-        q, p = columns.quaternion.start, columns.position.start
-        upright = 1.0 - 2.0 * (rows[:, q + 1] * rows[:, q + 1] + rows[:, q + 2] * rows[:, q + 2])
-        distance = np.sqrt(rows[:, p] * rows[:, p] + rows[:, p + 1] * rows[:, p + 1])
+    def _judged(self, status: Statuses, rows: Array, running: Flags, good: Flags) -> Statuses:
         new = status.copy()
-        new[running & (distance > self.arena)] = Status.LEFT_THE_ARENA
-        new[running & (upright < LEAST_UPRIGHT)] = Status.TIPPED
+        new[running & (self._columns.distance(rows) > self.arena)] = Status.LEFT_THE_ARENA
+        new[running & (self._columns.upright(rows) < LEAST_UPRIGHT)] = Status.TIPPED
         new[running & ~good] = Status.DIVERGED
         return new
 
@@ -314,7 +218,7 @@ class MujocoPlant:
         batch.bind("ctrl")[...] = wheel_rate
         speed = state.rows[:, self._columns.wheel_rate] * self.wheel_radius
         if not np.isnan(self.ground.creep_stiffness).all():
-            _soften(batch, grip(self.standstill.tyre, viscosity(self.ground, speed)), self.standstill)
+            soften(batch, viscosity(self.ground, speed), self.standstill.tyre)
         if self.slip_law is not None:
             motion = self.observe(state)
             slip = self.slip_law(state.time, motion.forward_speed)
@@ -322,15 +226,23 @@ class MujocoPlant:
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
 
 
-def _ahead(motion: Motion, time: float) -> tuple[Array, Array]:
-    """Return where the robot will be and head after a moment [s], to first order: positions and heading vectors.
+def _columns(batch: Batch) -> Columns:
+    def offset(name: str) -> int:
+        view, state = batch.bind(name), batch.state
+        return (view.ctypes.data - state.ctypes.data) // state.itemsize
 
-    The floor's surface moves one way during a tick while the robot turns; aimed at the middle of the tick it is right on
-    average.
+    return Columns.of(batch.model, offset("qpos"), offset("qvel"))
+
+
+def _ahead(motion: Motion, time: float) -> tuple[Array, Array]:
+    """Return where robots will be and head after a moment [s], to first order: positions, heading vectors.
+
+    The floor's surface moves one way during a tick while the robot turns; aimed at the middle of the tick it
+    is right on average.
     """
     c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
     turn = motion.heading_rate * time
-    return motion.position + motion.velocity * time, _unit(c - turn * s, s + turn * c)
+    return motion.position + motion.velocity * time, unit(c - turn * s, s + turn * c)
 
 
 def _turned(heading: float, quaternion: Array) -> list[float]:
@@ -338,24 +250,3 @@ def _turned(heading: float, quaternion: Array) -> list[float]:
     c, s = math.cos(heading / 2.0), math.sin(heading / 2.0)
     w, x, y, z = quaternion.tolist()
     return [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]
-
-
-def _tyre_pairs(batch: Batch) -> list[int]:
-    # by name: compiled pairs are sorted, not in file order
-    return [batch.model.pair(f"{side}_tyre").id for side in WHEELS]
-
-
-def _soften(batch: Batch, grip: Grip, standstill: Standstill) -> None:
-    """Write how friction gives way into every world."""
-    batch.expand("opt.impratio")[...] = grip.impratio
-    batch.expand("pair_solreffriction")[:, _tyre_pairs(batch)] = grip.solreffriction(standstill.tyre)
-
-
-def _lay(batch: Batch, ground: Ground, standstill: Standstill) -> None:
-    """Write what of the ground does not change during a run into every world."""
-    batch.expand("pair_friction")[:, _tyre_pairs(batch), :2] = ground.friction[:, :, None]
-    if (ground.slope != 0.0).any():
-        batch.expand("opt.gravity")[...] = gravity(ground)
-    if not np.isnan(ground.film).all():
-        still = np.zeros_like(ground.friction)
-        _soften(batch, grip(standstill.tyre, viscosity(ground, still)), standstill)

@@ -1,0 +1,144 @@
+"""What stands where in MuJoCo's state rows and sensor readings, and what it says in slipctl's words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipctl.plants.model import WHEELS
+from slipctl.theory.robot import WheelGeometry
+from slipctl.tick import Array, BodyPose, Motion, WheelContact
+
+SLIDING_SHARE = 0.98
+"""Share of μN from which a wheel counts as sliding (assumed); MuJoCo does not tell stick from slide."""
+
+
+@dataclass(frozen=True)
+class MujocoState:
+    """Everything MuJoCo integrates, and what its sensors read in the last physics step.
+
+    Attributes
+    ----------
+    rows : (N, nstate) array
+        The engine's ``mjSTATE_INTEGRATION`` of every world.
+    sensors : (N, nsensordata) array
+        Forces belong to the last physics step, so they are one physics step older than the pose.
+    time : float
+        [s].
+    status : (N,) int8 array
+        Values of `Status`. A world that tipped or left keeps the state in which it did; one that diverged
+        keeps the last good one.
+    """
+
+    rows: Array
+    sensors: Array
+    time: float
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of a state row and of the sensor readings.
+
+    Attributes
+    ----------
+    position, quaternion, velocity : slice
+        Of the base: x, y, z [m]; w, x, y, z; world x and y rates [m/s].
+    yaw_rate : int
+        About the body's own vertical [rad/s].
+    wheel_angle, wheel_rate : list of int
+        Left, right [rad], [rad/s].
+    force : list of slice
+        Sensors: force of the floor on the left, right wheel, world x, y, z [N].
+    torque : list of int
+        Sensors: left, right [N·m].
+    forward : slice
+        Sensors: world x, y of the body's forward axis at the instant of the forces.
+    """
+
+    position: slice
+    quaternion: slice
+    velocity: slice
+    yaw_rate: int
+    wheel_angle: list[int]
+    wheel_rate: list[int]
+    force: list[slice]
+    torque: list[int]
+    forward: slice
+
+    @classmethod
+    def of(cls, model: Any, qpos: int, qvel: int) -> Columns:
+        """Return the columns for an ``MjModel`` whose positions and velocities start at those columns."""
+        root = model.body("base").jntadr[0]
+        q, v = qpos + int(model.jnt_qposadr[root]), qvel + int(model.jnt_dofadr[root])
+        axles = [model.joint(f"{side}_axle") for side in WHEELS]
+        forces = [int(model.sensor(f"{side}_tyre_force").adr[0]) for side in WHEELS]
+        forward = int(model.sensor("forward").adr[0])
+        return cls(
+            position=slice(q, q + 3),
+            quaternion=slice(q + 3, q + 7),
+            velocity=slice(v, v + 2),
+            yaw_rate=v + 5,
+            wheel_angle=[qpos + int(axle.qposadr[0]) for axle in axles],
+            wheel_rate=[qvel + int(axle.dofadr[0]) for axle in axles],
+            force=[slice(adr, adr + 3) for adr in forces],
+            torque=[int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS],
+            forward=slice(forward, forward + 2),
+        )
+
+    def motion(self, rows: Array, geometry: WheelGeometry) -> Motion:
+        """Return the motion, from positions and velocities only: what MuJoCo derives is one step older."""
+        w, x, y, z = (rows[:, self.quaternion.start + i] for i in range(4))
+        wheel_rate = rows[:, self.wheel_rate]
+        forward_speed, yaw_rate = geometry.body_rates(wheel_rate)
+        return Motion(
+            position=rows[:, self.position.start : self.position.start + 2],
+            velocity=rows[:, self.velocity],
+            heading_vector=unit(w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)),
+            heading_rate=rows[:, self.yaw_rate],
+            wheel_rate=wheel_rate,
+            forward_speed=forward_speed,
+            yaw_rate=yaw_rate,
+        )
+
+    def pose(self, rows: Array) -> BodyPose:
+        """Return where the robot's bodies are."""
+        return BodyPose(
+            height=rows[:, self.position.start + 2],
+            quaternion=rows[:, self.quaternion],
+            wheel_angle=rows[:, self.wheel_angle],
+        )
+
+    def contact(self, sensors: Array, friction: Array) -> WheelContact:
+        """Return what the sensors say of the wheels on ground of a friction (N, 2)."""
+        forward = unit(sensors[:, self.forward.start], sensors[:, self.forward.start + 1])
+        force = np.stack([sensors[:, part] for part in self.force], axis=1)
+        x, y, normal = force[..., 0], force[..., 1], force[..., 2]
+        cosine, sine = forward[:, :1], forward[:, 1:]
+        tangential = np.sqrt(x * x + y * y)
+        return WheelContact(
+            torque=sensors[:, self.torque],
+            normal_force=normal,
+            longitudinal_force=cosine * x + sine * y,
+            lateral_force=cosine * y - sine * x,
+            sliding=tangential > SLIDING_SHARE * friction * normal,
+        )
+
+    def upright(self, rows: Array) -> Array:
+        """Return the cosine of the body's tilt (N,)."""
+        x, y = rows[:, self.quaternion.start + 1], rows[:, self.quaternion.start + 2]
+        return 1.0 - 2.0 * (x * x + y * y)
+
+    def distance(self, rows: Array) -> Array:
+        """Return the distance from the world's origin (N,) [m]."""
+        x, y = rows[:, self.position.start], rows[:, self.position.start + 1]
+        return np.sqrt(x * x + y * y)
+
+
+def unit(x: Array, y: Array) -> Array:
+    """Return the vectors (x, y), (N,) each, as (N, 2) of length one; zero stays zero."""
+    length = np.sqrt(x * x + y * y)
+    return np.stack([x, y], axis=-1) / np.where(length > 0.0, length, 1.0)[:, None]
