@@ -1,1 +1,1 @@
-"""Terminal tables of results."""
+"""What people read of a result: the table on the terminal."""

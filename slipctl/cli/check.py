@@ -1,0 +1,121 @@
+"""``slipctl check``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slipctl.cli.exits import BadInput, Exit
+from slipctl.cli.options import Json, Quiet, Threads
+from slipctl.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipctl.regression import Report
+
+
+def check(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...",
+            help="Scenario files or names; by default all with a baseline.",
+            show_default=False,
+        ),
+    ] = None,
+    update: Annotated[
+        bool, typer.Option("--update", help="Record the present numbers as the baseline.")
+    ] = False,
+    reason: Annotated[
+        str | None,
+        typer.Option("--reason", metavar="TEXT", help="Why the numbers may change; kept in the baseline."),
+    ] = None,
+    json_output: Json = False,
+    quiet: Quiet = False,
+    threads: Threads = None,
+) -> None:
+    """Run scenarios and compare them with their committed baselines.
+
+    Worse than recorded, or another status: exit 1. No sound baseline: exit 3, unless something else failed.
+    """
+    if update and not (reason or "").strip():
+        raise BadInput(
+            "--update needs --reason: say why the numbers may change, for those who read the baseline later"
+        )
+    if reason is not None and not update:
+        raise BadInput("--reason goes with --update only")
+    from slipctl import regression
+
+    names = scenarios or regression.recorded_scenarios()
+    if not names:
+        print(
+            "no scenario has a baseline; record one: slipctl check NAME --update --reason '…'",
+            file=sys.stderr,
+        )
+        raise typer.Exit(Exit.NOT_JUDGED)
+    _refuse_unreadable(names)
+    reports = []
+    for name in names:
+        with progress_bar(quiet) as progress:
+            if reason is not None:
+                report, path = regression.update(name, reason.strip(), threads, progress)
+            else:
+                report, path = regression.check(name, threads, progress), None
+        reports.append(report)
+        for note in report.notes:
+            print(f"{report.scenario}: {note}; judged all the same", file=sys.stderr)
+        if not json_output and not quiet:
+            _show(report, updated=update)
+        if path is not None:
+            print(f"{path} written", file=sys.stderr)
+    status = Exit.GOOD if update else verdict(reports)
+    if json_output and status < Exit.BAD_INPUT:
+        print(json.dumps(as_json(reports, passed=status == Exit.GOOD), allow_nan=False, ensure_ascii=False))
+    if (json_output or quiet) and not update:
+        _say_failures(reports)
+    if status:
+        raise typer.Exit(status)
+
+
+def verdict(reports: Sequence[Report]) -> Exit:
+    """Exit status of several scenarios: a failed gate outweighs one that could not be judged."""
+    if any(report.failed for report in reports):
+        return Exit.GATE_FAILED
+    return Exit.GOOD if all(report.judged for report in reports) else Exit.NOT_JUDGED
+
+
+def as_json(reports: Sequence[Report], passed: bool) -> dict:
+    """Give the reports as the contract's JSON object."""
+    results = [finding.json() for report in reports for finding in report.findings]
+    return {"passed": passed, "results": results}
+
+
+def _refuse_unreadable(names: Sequence[str]) -> None:
+    """Read every scenario before the first is run: a misspelt name must not cost minutes."""
+    from slipctl.scenario import load
+
+    for name in names:
+        load(name)
+
+
+def _show(report: Report, updated: bool) -> None:
+    from rich.console import Console
+
+    from slipctl.report.findings import lines
+
+    console = Console(highlight=False)
+    for line in lines(report.scenario, [finding.json() for finding in report.findings], updated):
+        console.print(line, soft_wrap=True)
+
+
+def _say_failures(reports: Sequence[Report]) -> None:
+    from slipctl.report.findings import sentence
+
+    for report in reports:
+        for finding in report.findings:
+            if finding.verdict.failed or not finding.verdict.judged:
+                print(sentence(finding.json()), file=sys.stderr)

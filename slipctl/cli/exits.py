@@ -1,0 +1,45 @@
+"""Exit statuses, and which error means which."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from enum import IntEnum
+
+
+class Exit(IntEnum):
+    """What the exit status says."""
+
+    GOOD = 0
+    GATE_FAILED = 1
+    BAD_INPUT = 2
+    NOT_JUDGED = 3
+    INTERRUPTED = 130
+
+
+class BadInput(Exception):
+    """The user asked for something that cannot be done; the message says what can."""
+
+
+def explain(error: Exception) -> Exit:
+    """Say on standard error what went wrong, and return the exit status for it.
+
+    What the user can put right is a message. Anything else is a defect of slipctl: it is shown with its
+    traceback and ends as "could not be judged", because 1 would tell a CI job that a gate had failed.
+    """
+    from slipctl.experiment.folder import OutputError
+    from slipctl.scenario import ScenarioError
+    from slipctl.view import RecordingError, ViewerError
+
+    if isinstance(error, ScenarioError | OutputError | BadInput):
+        print(error, file=sys.stderr)
+        return Exit.BAD_INPUT
+    if isinstance(error, RecordingError | ViewerError):
+        print(error, file=sys.stderr)
+        return Exit.NOT_JUDGED
+    if isinstance(error, OSError):
+        print(f"could not go on: {error}", file=sys.stderr)
+        return Exit.NOT_JUDGED
+    traceback.print_exception(error)
+    print("this is a defect of slipctl, not of your input", file=sys.stderr)
+    return Exit.NOT_JUDGED

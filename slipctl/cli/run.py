@@ -1,0 +1,138 @@
+"""``slipctl run`` and ``slipctl sweep``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from slipctl.cli.exits import BadInput, Exit
+from slipctl.cli.options import Json, Out, Quiet, Record, Source, Threads, View
+from slipctl.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from slipctl.experiment import Result
+    from slipctl.scenario import Scenario
+
+RUNS = Path("runs")
+
+
+def run(
+    source: Source,
+    out: Out = RUNS,
+    record: Record = "auto",
+    view: View = False,
+    json_output: Json = False,
+    quiet: Quiet = False,
+    threads: Threads = None,
+) -> None:
+    """Run a scenario, the whole grid where it has one, and show its controllers side by side."""
+    from slipctl.scenario import load
+
+    execute(load(source), out, record, view, json_output, quiet, threads)
+
+
+def sweep(
+    source: Source,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--over",
+            metavar="KEY=VALUES",
+            help="Key to vary and its values: 0.1,0.2,0.3 or 0.05..0.8:16. Repeatable.",
+        ),
+    ] = None,
+    out: Out = RUNS,
+    record: Record = "auto",
+    view: View = False,
+    json_output: Json = False,
+    quiet: Quiet = False,
+    threads: Threads = None,
+) -> None:
+    """Run a scenario over grids given here instead of those of the file."""
+    from slipctl.scenario import load
+    from slipctl.scenario.override import sweep_over
+
+    execute(sweep_over(load(source), over or []), out, record, view, json_output, quiet, threads)
+
+
+def execute(
+    scenario: Scenario,
+    out: Path,
+    record: str,
+    view: bool,
+    json_output: bool,
+    quiet: bool,
+    threads: int | None,
+) -> None:
+    """Run a scenario and report it; ends the command with the exit status."""
+    from slipctl import experiment
+
+    record = parse_record(record)
+    with progress_bar(quiet) as progress:
+        result = experiment.run(scenario, out=out, record=record, threads=threads, progress=progress)
+    if result.interrupted:
+        _say_interrupted(result)
+        raise typer.Exit(Exit.INTERRUPTED)
+    payload = result.json()
+    _say_ended_early(payload["runs"])
+    if json_output:
+        print(json.dumps(payload, allow_nan=False, ensure_ascii=False))
+    elif not quiet:
+        _show(result, payload)
+    if view:
+        from slipctl.cli.view import show_folder
+
+        show_folder(result.folder)
+
+
+def parse_record(text: str) -> str:
+    """Check ``--record``.
+
+    Raises
+    ------
+    BadInput
+        It is not one of the four forms.
+    """
+    kind, colon, count = text.partition(":")
+    if text in ("auto", "all", "none") or (
+        kind == "worst" and colon and count.isdecimal() and int(count) > 0
+    ):
+        return text
+    raise BadInput(
+        f"--record: found {text!r}; allowed: auto, all, none, worst:N with N a whole number of worlds"
+    )
+
+
+def _show(result: Result, payload: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    from slipctl.report.table import results
+
+    console = Console(highlight=False)
+    console.print(payload["scenario"], style="bold", markup=False)
+    for line in results(payload, result.metrics.column("end_time").to_pylist()):
+        console.print(line, soft_wrap=True)
+    console.print(f"\n{result.recording_note} · {result.folder}", markup=False, soft_wrap=True)
+
+
+def _say_ended_early(runs: Sequence[dict[str, Any]]) -> None:
+    counts: dict[str, int] = {}
+    for entry in runs:
+        if entry["status"] != "completed":
+            counts[entry["status"]] = counts.get(entry["status"], 0) + 1
+    if counts:
+        parts = ", ".join(f"{count} {status}" for status, count in counts.items())
+        print(f"{sum(counts.values())} of {len(runs)} runs ended early: {parts}", file=sys.stderr)
+
+
+def _say_interrupted(result: Result) -> None:
+    done = result.metrics.num_rows
+    if result.folder is None or not done:
+        print("interrupted before any run was finished; nothing was written", file=sys.stderr)
+    else:
+        print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)

@@ -1,0 +1,145 @@
+"""Compare runs with a baseline: pure functions from two sets of numbers to findings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from slipctl.regression.baseline import CHAOTIC_FACTOR, Baseline, Number, RunBaseline, run_key
+
+
+class Verdict(StrEnum):
+    """What became of one number, one status or one run."""
+
+    SAME = "same"
+    BETTER = "better"
+    WORSE = "worse"
+    STATUS_CHANGED = "status_changed"
+    MISSING = "missing"
+    """The baseline holds this run, the scenario no longer makes it."""
+    EXTRA = "extra"
+    """The scenario makes this run, the baseline does not hold it."""
+    UNJUDGED = "unjudged"
+    """There was no sound baseline."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether this closes the gate."""
+        return self in (Verdict.WORSE, Verdict.STATUS_CHANGED)
+
+    @property
+    def judged(self) -> bool:
+        """Whether the comparison could be made at all."""
+        return self not in (Verdict.MISSING, Verdict.EXTRA, Verdict.UNJUDGED)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One comparison.
+
+    Attributes
+    ----------
+    scenario, controller, varied, seed
+        Which run; controller None where the whole scenario is meant.
+    metric
+        Name of the metric, or ``status``; None where the whole run is meant.
+    baseline, current
+        The two values: metres, or statuses.
+    tolerance
+        In metres; None for a status.
+    verdict
+        The outcome.
+    note
+        What a reader should know besides.
+    """
+
+    scenario: str
+    controller: str | None
+    varied: Mapping[str, Any]
+    seed: int | None
+    metric: str | None
+    baseline: float | str | None
+    current: float | str | None
+    tolerance: float | None
+    verdict: Verdict
+    note: str = ""
+
+    def json(self) -> dict[str, Any]:
+        """Give the finding as the contract's JSON object."""
+        fields = {
+            name: getattr(self, name)
+            for name in (
+                "scenario",
+                "controller",
+                "seed",
+                "metric",
+                "baseline",
+                "current",
+                "tolerance",
+                "note",
+            )
+        }
+        return {**fields, "varied": dict(self.varied), "verdict": str(self.verdict)}
+
+
+def judge(baseline: Baseline, payload: Mapping[str, Any]) -> list[Finding]:
+    """Compare a result with its baseline.
+
+    Parameters
+    ----------
+    baseline
+        What was recorded.
+    payload
+        The JSON output of a run of the same scenario.
+
+    Returns
+    -------
+    list of Finding
+        Per run of the baseline its numbers, or one finding that its status changed or that it is missing;
+        then the runs that the baseline does not hold.
+    """
+    name = payload["scenario"]
+    current = {run_key(run["controller"], run["varied"], run["seed"]): run for run in payload["runs"]}
+    findings: list[Finding] = []
+    for recorded in baseline.runs:
+        run = current.pop(run_key(recorded.controller, recorded.varied, recorded.seed), None)
+        findings += _judge_run(name, recorded, run)
+    for run in current.values():
+        findings.append(
+            Finding(
+                name, run["controller"], run["varied"], run["seed"], None, None, None, None, Verdict.EXTRA,
+                "not in the baseline",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def _judge_run(name: str, recorded: RunBaseline, run: Mapping[str, Any] | None) -> list[Finding]:
+    which = (name, recorded.controller, recorded.varied, recorded.seed)
+    if run is None:
+        return [Finding(*which, None, None, None, None, Verdict.MISSING, "in the baseline, not in this run")]
+    status = run["status"]
+    if status != recorded.status and status not in recorded.nudged_statuses:
+        # The metrics of a run that ended at another time are other quantities: comparing them says nothing.
+        return [Finding(*which, "status", recorded.status, status, None, Verdict.STATUS_CHANGED)]
+    findings = []
+    for metric, number in recorded.metrics.items():
+        value = run["metrics"].get(metric)
+        note = "chaotic: judged by its order of magnitude" if number.chaotic else ""
+        verdict = judge_number(number, value)
+        findings.append(Finding(*which, metric, number.value, value, number.tolerance, verdict, note))
+    return findings
+
+
+def judge_number(number: Number, value: float | None) -> Verdict:
+    """Judge one error against its recorded value; smaller is better, a value that is not finite is worst."""
+    if number.value is None or value is None:
+        if number.value is None and value is None:
+            return Verdict.SAME
+        return Verdict.WORSE if value is None else Verdict.BETTER
+    if value > number.value + number.tolerance:
+        return Verdict.WORSE
+    low = number.value / CHAOTIC_FACTOR if number.chaotic else number.value - number.tolerance
+    return Verdict.BETTER if value < low else Verdict.SAME
