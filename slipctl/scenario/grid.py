@@ -1,0 +1,128 @@
+"""From a scenario with a `[sweep]` to the worlds of its grid."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any
+
+from slipctl.scenario.axes import Axis
+from slipctl.scenario.base import lookup
+from slipctl.scenario.checks import controllers
+from slipctl.scenario.problems import Problem, nearest, quote
+from slipctl.scenario.structure import is_number, table_at
+
+RUN_LIMIT = 100_000
+"""Largest number of runs (worlds times controllers) of one grid."""
+
+
+def sweepable(raw: Mapping[str, Any]) -> list[str]:
+    """Dotted keys of a file that hold numbers, whether given or at their defaults."""
+    ode = lookup(raw, "plant", "kind") == "kinematic_ode"
+    keys = _numbers("", (), raw)
+    for section in ("robot", "plant", "ground", "slip", "reference", "start"):
+        if not (section == "ground" and ode) and (section != "slip" or "slip" in raw):
+            keys += _numbers(f"{section}.", (section,), raw)
+    if ode:
+        keys.remove("robot.torque_limit")
+    for end in ("start", "goal"):
+        keys += _numbers(f"reference.{end}.", ("reference", end), raw)
+    for path, label, _ in controllers(raw):
+        keys += _numbers(f"controller.{label}.", path, raw)
+    return keys
+
+
+def _numbers(prefix: str, path: tuple[str | int, ...], raw: Any) -> list[str]:
+    table = table_at(path, raw)
+    return (
+        []
+        if table is None
+        else [f"{prefix}{n}" for n, field in table.model_fields.items() if is_number(field)]
+    )
+
+
+def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]:
+    """Tell what is wrong with the swept keys and with the size of their grid."""
+    valid = sweepable(raw)
+    labels = [label for _, label, _ in controllers(raw)]
+    problems = []
+    for axis in axes:
+        if axis.key in valid:
+            continue
+        parts = axis.key.split(".")
+        where = f"sweep.{axis.key}"
+        if parts[0] == "controller" and len(parts) > 1 and parts[1] not in labels:
+            found = f"no controller labelled {quote(parts[1])}"
+            problems.append(Problem(where, found, ", ".join(labels), nearest(parts[1], labels)))
+        elif parts[0] == "controller" and len(parts) > 2:
+            problems.append(
+                _unsweepable(where, axis.key, [key for key in valid if key.startswith("controller.")])
+            )
+        else:
+            problems.append(
+                _unsweepable(where, axis.key, [key for key in valid if not key.startswith("controller.")])
+            )
+    worlds = prod(len(axis) for axis in axes)
+    runs = worlds * max(1, len(labels))
+    if axes and runs > RUN_LIMIT:
+        grid = " × ".join(f"{len(axis):,}" for axis in axes)
+        found = f"{grid} worlds × {max(1, len(labels))} controllers = {runs:,} runs"
+        problems.append(Problem("sweep", found, f"at most {RUN_LIMIT:,} runs"))
+    return problems
+
+
+def _unsweepable(where: str, key: str, valid: list[str]) -> Problem:
+    return Problem(
+        where, "a key that does not exist or is not a number", ", ".join(valid), nearest(key, valid)
+    )
+
+
+def variations(axes: Sequence[Axis]) -> Iterator[dict[str, float | int]]:
+    """Every combination of the axes' values, the first key slowest."""
+    for values in product(*axes):
+        yield dict(zip((axis.key for axis in axes), values, strict=True))
+
+
+def with_values(raw: Mapping[str, Any], values: Mapping[str, float | int]) -> dict[str, Any]:
+    """Set some dotted keys in the tables of a file; the given tables stay as they are."""
+    result = {name: value for name, value in raw.items() if name != "sweep"}
+    for key, value in values.items():
+        _set(result, key.split("."), value)
+    return result
+
+
+def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
+    if parts[0] == "controller":
+        index = [label for _, label, _ in controllers(raw)].index(parts[1])
+        entries = list(raw["controller"])
+        entries[index] = {**entries[index], parts[2]: value}
+        raw["controller"] = entries
+        return
+    table = raw
+    for part in parts[:-1]:
+        table[part] = dict(table.get(part, {}))
+        table = table[part]
+    table[parts[-1]] = value
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a grid a value came from, for the messages about a world that is refused."""
+
+    values: Mapping[str, float | int]
+
+    def blame(self, problem: Problem) -> Problem:
+        """Tell the problem of one world with the swept values that led to it."""
+        plain = _without_brackets(problem.key)
+        if plain in self.values:
+            return Problem(f"sweep.{plain}", problem.found, problem.allowed)
+        varied = ", ".join(f"{key} = {value:g}" for key, value in self.values.items())
+        return Problem(
+            problem.key, f"{problem.found} (in the world {varied})", problem.allowed, problem.nearest
+        )
+
+
+def _without_brackets(key: str) -> str:
+    """`controller[1:label].pole` as it is swept: `controller.label.pole`."""
+    head, bracket, rest = key.partition("[")
+    return f"{head}.{rest.partition(':')[2].replace(']', '')}" if bracket else key

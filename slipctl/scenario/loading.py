@@ -1,0 +1,211 @@
+"""Finding, reading and refusing scenario files."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from slipctl import shipped
+from slipctl.scenario.axes import Axis, read_axes
+from slipctl.scenario.checks import rule_problems
+from slipctl.scenario.fields import field_problems
+from slipctl.scenario.grid import Place, axis_problems, variations, with_values
+from slipctl.scenario.model import Scenario
+from slipctl.scenario.problems import Problem, ScenarioError, nearest, quote
+
+_PROBLEM_LIMIT = 50
+"""Problems listed of one grid; more are the same again and again."""
+
+
+@dataclass(frozen=True)
+class World:
+    """One world of a grid.
+
+    Attributes
+    ----------
+    varied
+        Swept dotted keys with this world's values, in the order of the sweep; empty without a sweep.
+    scenario
+        The scenario with these values in place and no sweep.
+    seed
+        The world's seed.
+    """
+
+    varied: dict[str, float | int]
+    scenario: Scenario
+    seed: int
+
+
+def load(source: str | Path) -> Scenario:
+    """Load a scenario by the name of a shipped one or by its path.
+
+    Parameters
+    ----------
+    source
+        A shipped scenario's name, such as "friction-sweep", or the path of a TOML file.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such file, it is not TOML, or anything in it is wrong; lists every problem.
+    """
+    path = _find(source)
+    raw = _parse(path)
+    return read(raw, str(path), path.stem)
+
+
+def read(raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario") -> Scenario:
+    """Read a scenario from its tables, as TOML gives them.
+
+    Parameters
+    ----------
+    raw
+        The tables.
+    source
+        What messages call the file.
+    name
+        Name of the scenario where the tables give none.
+
+    Raises
+    ------
+    ScenarioError
+        If anything is wrong, in the scenario itself or in any world of its grid; lists every problem.
+    """
+    tables = {"name": name, **raw}
+    axes, problems = read_axes(raw.get("sweep", {}))
+    scenario, base = _validate(tables)
+    problems = [*base, *problems, *axis_problems(axes, raw)]
+    if not problems:
+        problems = _grid_problems(tables, axes)
+    if problems or scenario is None:
+        raise ScenarioError(source, problems)
+    return scenario
+
+
+def _validate(tables: Mapping[str, Any]) -> tuple[Scenario | None, list[Problem]]:
+    """Make the scenario of some tables, or tell everything that is wrong with them but for the sweep."""
+    rules = rule_problems(tables)
+    try:
+        scenario = Scenario.model_validate(tables)
+    except ValidationError as error:
+        return None, [*field_problems(error, tables), *rules]
+    return scenario, rules
+
+
+def _grid_problems(tables: Mapping[str, Any], axes: Sequence[Axis]) -> list[Problem]:
+    problems: dict[Problem, None] = {}
+    for values in variations(axes) if axes else ():
+        _, wrong = _validate(with_values(tables, values))
+        problems.update((Place(values).blame(problem), None) for problem in wrong)
+        if len(problems) > _PROBLEM_LIMIT:
+            return [*problems, Problem("sweep", "more of these", "a grid whose every world is valid")]
+    return list(problems)
+
+
+def tables_of(scenario: Scenario) -> dict[str, Any]:
+    """Give the keys that a scenario was given as tables, without its sweep."""
+    return scenario.model_dump(exclude_unset=True, exclude={"sweep"})
+
+
+def worlds(scenario: Scenario) -> list[World]:
+    """Worlds of a scenario's grid, the first swept key slowest; one world where there is no sweep."""
+    if not scenario.sweep:
+        return [World({}, scenario, scenario.seed)]
+    tables = tables_of(scenario)
+    result = []
+    for values in variations(scenario.sweep):
+        world = Scenario.model_validate(with_values(tables, values))
+        result.append(World(values, world, world.seed))
+    return result
+
+
+def override(scenario: Scenario, over: Mapping[str, str | Sequence[float]]) -> Scenario:
+    """Add or replace swept keys, as by `--over KEY=VALUES`.
+
+    Parameters
+    ----------
+    scenario
+        Scenario to start from. A key that it sweeps already keeps its place in the grid; new ones come
+        after, in the order given, so the last one varies fastest.
+    over
+        Values by dotted key: "0.1,0.2" lists them, "0.05:0.8:10" spaces 10 evenly, "0.01:1:10:log" evenly
+        in the logarithm; a sequence of numbers lists them too.
+
+    Raises
+    ------
+    ScenarioError
+        If a text is none of these, or as `read` does.
+    """
+    problems: list[Problem] = []
+    given = {key: _values(key, text, problems) for key, text in over.items()}
+    if problems:
+        raise ScenarioError("--over", problems)
+    sweep = {**sweep_table(scenario.sweep), **given}
+    return read({**tables_of(scenario), "sweep": sweep}, f"{scenario.name} with --over", scenario.name)
+
+
+def sweep_table(axes: Sequence[Axis]) -> dict[str, Any]:
+    """Write axes as a `[sweep]` table."""
+    return {
+        axis.key: list(axis.values) if isinstance(axis.values, tuple) else axis.values.table()
+        for axis in axes
+    }
+
+
+def _values(key: str, text: str | Sequence[float], problems: list[Problem]) -> Any:
+    if not isinstance(text, str):
+        return list(text)
+    try:
+        if ":" not in text:
+            return [float(part) for part in text.split(",")]
+        first, last, count, *scale = text.split(":")
+        if len(scale) > 1:
+            raise ValueError(text)
+        span = {"from": float(first), "to": float(last), "count": int(count)}
+    except ValueError:
+        problems.append(Problem(key, quote(text), "0.1,0.2,0.4 or FROM:TO:COUNT or FROM:TO:COUNT:log"))
+        return []
+    return {**span, "scale": scale[0]} if scale else span
+
+
+def _find(source: str | Path) -> Path:
+    path, names = Path(source), shipped.scenario_names()
+    is_name = isinstance(source, str) and path.suffix != ".toml" and path.name == source
+    if is_name and source in names:
+        return shipped.scenario_path(str(source))
+    try:
+        if path.is_dir():
+            raise ScenarioError(
+                str(source), [Problem("", "this is a folder", "a TOML file, or a shipped scenario")]
+            )
+        if path.exists():
+            return path
+    except (OSError, ValueError) as error:
+        raise ScenarioError(
+            str(source), [Problem("", f"this cannot be read ({error})", "a TOML file")]
+        ) from error
+    found = (
+        "there is neither such a file nor a shipped scenario of this name"
+        if is_name
+        else "there is no such file"
+    )
+    allowed = f"a TOML file, or a shipped scenario: {', '.join(names)}"
+    raise ScenarioError(str(source), [Problem("", found, allowed, nearest(path.stem or str(source), names))])
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text)
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        where = f"byte {error.start}, line {line}"
+        problem = Problem("", f"this is not UTF-8 text ({where})", "a TOML file")
+    except (ValueError, RecursionError) as error:
+        problem = Problem("", f"this is not a TOML file: {error}", "")
+    except OSError as error:
+        problem = Problem("", f"this cannot be read ({error.strerror})", "a TOML file")
+    raise ScenarioError(str(path), [problem])

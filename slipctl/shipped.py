@@ -1,0 +1,39 @@
+"""Where the models, scenarios and baselines that ship with slipctl lie on disk.
+
+In an installed wheel they are folders inside the package; in a checkout they stand beside it.
+Imports nothing of slipctl.
+"""
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def _folder(name: str) -> Path:
+    inside = _PACKAGE / name
+    return inside if inside.is_dir() else _PACKAGE.parent / name
+
+
+def model_path(name: str) -> Path:
+    """Path of the shipped MJCF model `name` (whether or not it exists; see `model_names`)."""
+    return _folder("models") / f"{name}.xml"
+
+
+def model_names() -> tuple[str, ...]:
+    """Names of the shipped models, sorted."""
+    return tuple(sorted(path.stem for path in _folder("models").glob("*.xml")))
+
+
+def scenario_path(name: str) -> Path:
+    """Path of the shipped scenario `name` (whether or not it exists; see `scenario_names`)."""
+    return _folder("scenarios") / f"{name}.toml"
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Names of the shipped scenarios, sorted."""
+    return tuple(sorted(path.stem for path in _folder("scenarios").glob("*.toml")))
+
+
+def baseline_folder() -> Path:
+    """Folder of the committed baselines (`slipctl check` compares with these)."""
+    return _folder("scenarios") / "baselines"
