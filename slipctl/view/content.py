@@ -1,0 +1,134 @@
+"""What a recording is made of, stated without Rerun: runs, worlds, names and identities."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+class RecordingError(RuntimeError):
+    """A recording could not be written; the message says what to change."""
+
+
+class ViewerError(RuntimeError):
+    """The viewer could not be opened; the message says what to change."""
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """One controller in one world.
+
+    Attributes
+    ----------
+    run : int
+        Value of the column ``run`` in the signals.
+    label : str
+        The controller's label, unique within the world; part of every entity path.
+    kind : str
+        The controller's kind; decides the colour.
+    status : str
+        ``completed`` or why the run ended early.
+    end_time : float or None
+        When it ended [s]; None = at its last row.
+    metrics : mapping of str to float or None
+        Shown side by side in the tab *Run info* and stored as properties of the recording.
+    slip_bound : float or None
+        α of ‖slip‖ ≤ α|v|, drawn beside the slip [1]; None = no bound.
+    """
+
+    run: int
+    label: str
+    kind: str = ""
+    status: str = "completed"
+    end_time: float | None = None
+    metrics: Mapping[str, float | None] = field(default_factory=dict)
+    slip_bound: float | None = None
+
+
+@dataclass(frozen=True)
+class WorldRecording:
+    """One file to be written by `slipctl.view.write_recordings`.
+
+    Attributes
+    ----------
+    file : str
+        File name relative to the folder, ending in ``.rrd``.
+    runs : tuple of RunInfo
+        The controllers of the world, in the order of the scenario.
+    info : mapping
+        As for `slipctl.view.write_recording`.
+    """
+
+    file: str
+    runs: tuple[RunInfo, ...]
+    info: Mapping[str, Any]
+
+
+def short_labels(labels: Sequence[str]) -> dict[str, str]:
+    """Return label → what legends and pictures say: an ending that all labels share is left out.
+
+    ``nominal_kinematic`` and ``robust_kinematic`` become ``nominal`` and ``robust``; a single label stays.
+    """
+    endings = {label.rpartition("_")[2] for label in labels if label.rpartition("_")[0]}
+    shared = len(labels) > 1 and len(endings) == 1 and all("_" in label.strip("_") for label in labels)
+    return {label: label.rpartition("_")[0] if shared else label for label in labels}
+
+
+def _slug(text: str) -> str:
+    """Reduce to ``[a-z0-9_-]``; the point of a decimal number becomes an underscore."""
+    return re.sub(r"[^a-z0-9_-]+", "-", text.lower().replace(".", "_")).strip("-") or "world"
+
+
+def world_slug(varied: Mapping[str, Any], fallback: str = "world") -> str:
+    """Return a short name of a world for files and identities: ``friction-0_1``.
+
+    Parameters
+    ----------
+    varied : mapping
+        Dotted key and value of everything that the sweep varies; only the key's last part is used.
+    fallback : str
+        Used where nothing varies.
+
+    Returns
+    -------
+    str
+        Of the characters ``[a-z0-9_-]``; beyond 80 characters the tail is replaced by a hash.
+    """
+    if not varied:
+        return _slug(fallback)
+    text = _slug("-".join(f"{key.rsplit('.', 1)[-1]}-{value}" for key, value in varied.items()))
+    if len(text) <= 80:
+        return text
+    digest = hashlib.sha256(json.dumps(dict(varied), sort_keys=True, default=str).encode()).hexdigest()
+    return f"{text[:67]}-{digest[:12]}"
+
+
+def recording_id(info: Mapping[str, Any]) -> str:
+    """Return the identity of a recording: the same scenario and world always give the same one.
+
+    Parameters
+    ----------
+    info : mapping
+        ``scenario``, ``scenario_id`` and ``varied`` are used.
+
+    Returns
+    -------
+    str
+        Of the characters ``[a-z0-9_-]``, for instance ``friction-sweep-0123456789ab-friction-0_1``.
+    """
+    scenario = _slug(str(info.get("scenario") or "scenario"))
+    identity = str(info.get("scenario_id") or "").removeprefix("sha256:")[:12]
+    varied = info.get("varied") or {}
+    parts = [scenario, _slug(identity) if identity else "", world_slug(varied) if varied else ""]
+    return "-".join(part for part in parts if part)
+
+
+def world_title(info: Mapping[str, Any]) -> str:
+    """Return a title a person reads: ``friction-sweep · ground.friction = 0.1``."""
+    varied = ", ".join(f"{key} = {value}" for key, value in (info.get("varied") or {}).items())
+    scenario = str(info.get("scenario") or "slipctl")
+    return f"{scenario} · {varied}" if varied else scenario

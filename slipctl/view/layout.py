@@ -1,0 +1,202 @@
+"""The layout that a recording carries: five kinds of tab, with units in the names of the views."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import rerun.blueprint as rrb
+
+from slipctl.view.framing import axis_range, scene_box
+from slipctl.view.plots import STATES, derived, entity
+from slipctl.view.scene import Scales
+from slipctl.view.summary import arrow_words
+from slipctl.view.tracks import Track
+
+SKY = (0x16, 0x19, 0x1D)
+
+
+def blueprint(
+    tracks: Sequence[Track], scales: Scales, roots: Mapping[str, str], active_tab: int = 0
+) -> rrb.Blueprint:
+    """Return the layout of one world.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        The runs; their values decide cameras and axes.
+    scales : Scales
+        Said in the names of the 3D views.
+    roots : mapping
+        Entity of each label.
+    active_tab : int
+        The tab that is open at first.
+    """
+    plots = _Plots(tracks, roots)
+    scene = "3D · grid 0.5 m"
+    overview = rrb.Horizontal(
+        _scene_view(scene, tracks, roots, above=False),
+        rrb.Vertical(
+            plots.view("Position error [m]", ["error.position"], settled=True),
+            plots.view(
+                "Inputs: nominal |v̂|, robust |Δv| [m/s²]",
+                ["decision.nominal_input.norm", "decision.robust_input.norm"],
+                settled=True,
+            ),
+            plots.view("Left wheel [rad/s] · wide: commanded", ["wheel.rate_command.left", "wheel.rate.left"]),
+            plots.view("Right wheel [rad/s] · wide: commanded", ["wheel.rate_command.right", "wheel.rate.right"]),
+        ),
+        column_shares=[3, 2],
+        name="Overview",
+    )
+    tracking = rrb.Horizontal(
+        _scene_view("From above · grid 0.5 m", tracks, roots, above=True),
+        rrb.Vertical(
+            plots.view("Position error [m]", ["error.position"], settled=True),
+            plots.view("Cross-track error [m]", ["error.cross_track"], settled=True),
+            plots.view("Heading error [rad]", ["error.heading"], settled=True),
+            plots.view("Forward speed v [m/s]", ["motion.forward_speed"], first=["reference.forward_speed"]),
+        ),
+        column_shares=[1, 1],
+        name="Tracking",
+    )
+    slip = [_slip_tab(track, roots[track.info.label], plots, scales, len(tracks)) for track in tracks]
+    about = rrb.Horizontal(
+        rrb.TextDocumentView(origin="/info/summary", name="Summary"),
+        rrb.TextLogView(contents=[f"+ {root}/events" for root in roots.values()], name="Events"),
+        column_shares=[3, 2],
+        name="Run info",
+    )
+    return rrb.Blueprint(
+        rrb.Tabs(overview, tracking, *slip, about, active_tab=active_tab),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", loop_mode="all"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int) -> rrb.Container:
+    label = track.info.label
+    states = [
+        f"+ {root}/state/{name}" for column, (name, *_) in STATES.items() if track.has(column)
+    ]
+    bound = "" if track.info.slip_bound is None else f" · wide: bound ±{track.info.slip_bound:g}|v|"
+    slip = ["slip.bound.upper", "slip.bound.lower", "slip.longitudinal", "slip.lateral"]
+    gain = ["decision.robust_gain", "guarantee.uncertainty"]
+    views = [
+        plots.view(f"Slip [m/s]{bound}", slip, only=label, settled=True),
+        plots.view("Traction forward [N]", _sides("wheel.longitudinal_force"), only=label),
+        plots.view("Traction to the left [N]", _sides("wheel.lateral_force"), only=label),
+        plots.view("Wheel load [N]", _sides("wheel.normal_force"), only=label),
+        plots.view("Uncertainty |η| [m/s²] · wide: ρ", gain, only=label, settled=True),
+    ]
+    camera = rrb.Spatial3DView(
+        origin=f"{root}/robot/base",
+        contents=[f"+ {root}/**", "+ /reference/**", "+ /ground/**", f"- {root}/robot/base/label"],
+        name=" · ".join(arrow_words(scales)),
+        background=SKY,
+        line_grid=rrb.LineGrid3D(visible=False),
+        overrides=_growing([root]),
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, position=(-0.95, -0.55, 0.75), look_target=(0.05, 0.0, 0.05), eye_up=(0, 0, 1)
+        ),
+    )
+    name = "Slip & wheels" if count == 1 else f"Slip & wheels · {track.name}"
+    column = rrb.Vertical(contents=[view for view in views if view is not None])
+    left = camera
+    if states:
+        lanes = rrb.StateTimelineView(contents=states, name="Wheels, command, guarantee")
+        left = rrb.Vertical(camera, lanes, row_shares=[3, 1])
+    return rrb.Horizontal(left, column, column_shares=[1, 1], name=name)
+
+
+def _scene_view(name: str, tracks: Sequence[Track], roots: Mapping[str, str], above: bool) -> rrb.Spatial3DView:
+    low, high = scene_box(tracks)
+    middle, size = (low + high) / 2, float(max(high - low))
+    if above:
+        position, up = (middle[0], middle[1] - 1e-3, 1.05 * size), (0, 1, 0)
+    else:
+        position, up = (middle[0] - 0.2 * size, middle[1] - 0.75 * size, 0.55 * size), (0, 0, 1)
+    hidden = [f"- {root}/robot/base/{part}/**" for root in roots.values() for part in ("arrows", "label")]
+    return rrb.Spatial3DView(
+        origin="/",
+        contents=["+ /ground/**", "+ /reference/**", *(f"+ {root}/**" for root in roots.values()), *(hidden if above else [])],
+        name=name,
+        background=SKY,
+        line_grid=rrb.LineGrid3D(visible=False),
+        overrides=_growing(roots.values()),
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, position=position, look_target=(middle[0], middle[1], 0.0), eye_up=up
+        ),
+    )
+
+
+def _growing(roots: Iterable[str]) -> dict[str, Any]:
+    """Show every piece of a trail up to the cursor."""
+    until_now = rrb.VisibleTimeRanges(
+        timeline="sim_time", start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
+    )
+    return {f"{root}/trail": until_now for root in roots}
+
+
+def _sides(stem: str) -> list[str]:
+    return [f"{stem}.left", f"{stem}.right"]
+
+
+class _Plots:
+    """Time-series views over the runs of a world; series that a run lacks are left out."""
+
+    def __init__(self, tracks: Sequence[Track], roots: Mapping[str, str]) -> None:
+        self._tracks, self._roots = tracks, roots
+        self._derived = {
+            track.info.label: {series.path: series.values for series in derived(track)} for track in tracks
+        }
+
+    def view(
+        self,
+        name: str,
+        columns: Sequence[str],
+        only: str | None = None,
+        first: Sequence[str] = (),
+        settled: bool = False,
+    ) -> rrb.TimeSeriesView | None:
+        """Return one view, or None where no run has any of its columns.
+
+        Parameters
+        ----------
+        name : str
+            With the unit.
+        columns : sequence of str
+            Columns or derived series, of every run or of `only` one.
+        first : sequence of str
+            Columns shown once, from the run that lasted longest.
+        settled : bool
+            Whether a first transient that dwarfs the rest is left out of the axis (and the name says so).
+        """
+        longest = max(self._tracks, key=lambda track: track.time[-1])
+        wanted = [(longest, column) for column in first]
+        wanted += [
+            (track, column) for column in columns for track in self._tracks if only in (None, track.info.label)
+        ]
+        present = [(track, column) for track, column in wanted if self._values(track, column) is not None]
+        if not present:
+            return None
+        limits = None
+        if settled:
+            pairs = [(track.time, self._values(track, column)) for track, column in present]
+            limits = axis_range([(time, values) for time, values in pairs if values is not None])
+        return rrb.TimeSeriesView(
+            contents=[f"+ {entity(self._roots[track.info.label], column)}" for track, column in present],
+            name=name + (" · axis without the first transient" if limits else ""),
+            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+            axis_y=rrb.ScalarAxis(range=limits) if limits else None,
+            plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+        )
+
+    def _values(self, track: Track, column: str) -> np.ndarray | None:
+        if column in self._derived[track.info.label]:
+            return self._derived[track.info.label][column]
+        return track.values(column) if track.has(column) else None

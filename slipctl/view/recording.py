@@ -1,0 +1,144 @@
+"""Writing one recording: beside its name first, then renamed, so that no half-written file is ever found."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+
+from slipctl.tick import Shape
+from slipctl.view.colours import run_colours
+from slipctl.view.content import RecordingError, RunInfo, recording_id, world_title
+from slipctl.view.events import events
+from slipctl.view.layout import blueprint
+from slipctl.view.plots import log_series
+from slipctl.view.scene import choose_scales, log_run, log_world
+from slipctl.view.summary import markdown
+from slipctl.view.tracks import Track, nanoseconds, read_tracks
+
+LEVEL_COLOURS = {"INFO": 0xB0B0B0FF, "WARN": 0xF0E442FF, "ERROR": 0xD55E00FF}
+
+
+def write(
+    path: Path,
+    signals: pa.Table,
+    runs: Sequence[RunInfo],
+    info: Mapping[str, Any],
+    shapes: Sequence[Shape] | None = None,
+) -> Path:
+    """Write one world with all its controllers.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.rrd`` to write; replaced if it exists.
+    signals : pyarrow.Table
+        One row per run and tick; columns as in ``signals.parquet``. Columns that are null throughout are
+        left out. Unit of a column in its field's metadata under ``unit``.
+    runs : sequence of RunInfo
+        The controllers of this world.
+    info : mapping
+        All keys optional: ``scenario`` (name), ``description``, ``scenario_id``, ``model_id``, ``seed``,
+        ``varied`` (dotted key → value), ``versions`` (program → version), ``units`` (metric → unit),
+        ``wheel_radius``, ``half_track`` [m].
+    shapes : sequence of Shape or None
+        The robot's shapes; None = a plain disc robot.
+
+    Returns
+    -------
+    Path
+        `path`.
+
+    Raises
+    ------
+    RecordingError
+        The signals do not fit the runs, the file cannot be written, or Rerun is switched off by the
+        environment variable ``RERUN``.
+
+    Notes
+    -----
+    Everything that decides the file comes from the arguments: two calls with the same arguments give files
+    that ``rerun rrd compare`` calls equal.
+    """
+    tracks = read_tracks(signals, runs)
+    part = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.unlink(missing_ok=True)
+        with _strict():
+            _write(part, tracks, info, shapes)
+        if not part.is_file() or part.stat().st_size == 0:
+            switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
+            raise RecordingError(f"Rerun wrote nothing to {path}{switch}; unset RERUN or run without recordings")
+        os.replace(part, path)
+    except OSError as error:
+        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+    return path
+
+
+def _write(part: Path, tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape] | None) -> None:
+    colours = run_colours([track.info for track in tracks])
+    roots = {track.info.label: f"/runs/{rr.escape_entity_path_part(track.info.label)}" for track in tracks}
+    scales = choose_scales(tracks)
+    # one application per world: the layout's cameras, scales and axes fit this world and no other
+    identity = recording_id(info)
+    stream = rr.RecordingStream(f"slipctl-{identity}", recording_id=identity, send_properties=False)
+    with stream as rec:
+        rec.save(part, default_blueprint=blueprint(tracks, scales, roots))
+        rec.send_recording_name(world_title(info))
+        rec.send_property("run", rr.AnyValues(drop_untyped_nones=True, **_properties(tracks, info)))
+        log_world(rec, tracks)
+        strides = {}
+        for order, track in enumerate(tracks):
+            label = track.info.label
+            log_run(rec, roots[label], track, colours[label], shapes, info, scales, order)
+            strides[label] = log_series(rec, roots[label], track, colours[label], order)
+            _log_events(rec, roots[label], track)
+        page = markdown(tracks, info, scales, colours, strides)
+        rec.log("/info/summary", rr.TextDocument(page, media_type="text/markdown"), static=True, strict=True)
+        rec.flush()
+
+
+def _log_events(rec: rr.RecordingStream, root: str, track: Track) -> None:
+    found = events(track)
+    times = rr.TimeColumn("sim_time", duration=nanoseconds(np.array([event.time for event in found])))
+    columns = rr.TextLog.columns(
+        text=[event.text for event in found],
+        level=[event.level for event in found],
+        color=[LEVEL_COLOURS[event.level] for event in found],
+    )
+    rec.send_columns(f"{root}/events", [times], columns, strict=True)
+
+
+def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, Any]:
+    """What `rerun server -d sweep=FOLDER` shows as columns: the world, then each run's metrics."""
+    properties: dict[str, Any] = {"scenario": str(info.get("scenario") or "")}
+    for key in ("scenario_id", "model_id", "seed"):
+        if info.get(key) is not None:
+            properties[key] = info[key]
+    properties.update({f"varied.{key}": value for key, value in (info.get("varied") or {}).items()})
+    for track in tracks:
+        label = track.info.label
+        properties[f"{label}.status"] = track.info.status
+        values = {name: value for name, value in track.info.metrics.items() if value is not None}
+        properties.update({f"{label}.{name}": float(value) for name, value in values.items()})
+    return properties
+
+
+@contextmanager
+def _strict() -> Iterator[None]:
+    """Wrong lengths and types raise instead of going missing; the caller's setting comes back."""
+    before = rr.strict_mode()
+    rr.set_strict_mode(True)
+    try:
+        yield
+    finally:
+        rr.set_strict_mode(before)
