@@ -1,0 +1,120 @@
+"""One batch: all controllers of some worlds, simulated and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipctl.experiment import build
+from slipctl.guarantee import with_guarantee
+from slipctl.metrics import measure
+from slipctl.recording import Recorder, signal_table, with_errors
+from slipctl.simulate import simulate
+from slipctl.theory.robot import WheelGeometry
+from slipctl.tick import Status
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+STATUS_NAMES = {
+    Status.RUNNING: "completed",
+    Status.DIVERGED: "diverged",
+    Status.TIPPED: "tipped",
+    Status.LEFT_THE_ARENA: "left_the_arena",
+}
+
+
+@dataclass(frozen=True)
+class Run:
+    """One world under one controller, finished.
+
+    Attributes
+    ----------
+    index : int
+        world · number of controllers + controller.
+    world : int
+        Index of the world in grid order.
+    label, kind : str
+        Of the controller.
+    status : str
+    end_time : float
+        Time of the last row that counts [s].
+    metrics : dict
+    signals : pyarrow.Table
+    """
+
+    index: int
+    world: int
+    label: str
+    kind: str
+    status: str
+    end_time: float
+    metrics: dict[str, float | None]
+    signals: pa.Table
+
+
+def batches(worlds: Sequence[build.World], largest: int) -> Iterator[list[int]]:
+    """Yield indices of worlds that share a batch: consecutive, alike, at most `largest` of them."""
+    batch: list[int] = []
+    key: tuple = ()
+    for index, world in enumerate(worlds):
+        if batch and (build.batch_key(world) != key or len(batch) == largest):
+            yield batch
+            batch = []
+        key = build.batch_key(world)
+        batch.append(index)
+    if batch:
+        yield batch
+
+
+def run_batch(
+    worlds: Sequence[build.World],
+    indices: Sequence[int],
+    geometry: WheelGeometry,
+    threads: int,
+    progress: Callable[[int], None],
+) -> Iterator[list[Run]]:
+    """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
+
+    `progress` is told the number of world-ticks done in this batch.
+    """
+    members = [worlds[index] for index in indices]
+    first = members[0].scenario
+    tick, controllers = first.tick, first.controller
+    planned = build.references(members)
+    start = build.start(members, planned)
+    plant = build.plant(members, geometry, threads)
+    rows = len(planned.position)
+    for position, config in enumerate(controllers):
+        law = build.law(members, position, geometry)
+        recorder = Recorder(rows, len(members))
+        done_before = position * (rows - 1) * len(members)
+        ending = simulate(
+            plant,
+            law.controller,
+            planned,
+            start,
+            tick,
+            recorder.write,
+            lambda k, before=done_before: progress(before + k * len(members)),
+        )
+        columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
+        runs = []
+        for row, index in enumerate(indices):
+            run = index * len(controllers) + position
+            last = int(ending.last_row[row])
+            runs.append(
+                Run(
+                    index=run,
+                    world=index,
+                    label=config.label,
+                    kind=config.kind,
+                    status=STATUS_NAMES[Status(int(ending.status[row]))],
+                    end_time=last * tick,
+                    metrics=measure(columns, row, last),
+                    signals=signal_table(run, row, columns, ending, tick),
+                )
+            )
+        progress(done_before + (rows - 1) * len(members))
+        yield runs

@@ -1,0 +1,133 @@
+"""Which worlds get a Rerun recording, and writing them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipctl.experiment.batch import Run
+from slipctl.experiment.collect import SIGNALS
+
+if TYPE_CHECKING:
+    from slipctl.scenario import World
+    from slipctl.tick import Shape
+
+MANY = 24
+"""Up to so many worlds, all are recorded unless told otherwise; above, those with the largest errors."""
+
+
+class RecordChoiceError(Exception):
+    """The choice of recordings cannot be understood."""
+
+
+def check_choice(record: str) -> int | None:
+    """Return N of ``worst:N``, or None for ``auto``, ``all`` and ``none``.
+
+    Raises
+    ------
+    RecordChoiceError
+        For anything else.
+    """
+    if record in ("auto", "all", "none"):
+        return None
+    match = re.fullmatch(r"worst:([1-9][0-9]*)", record)
+    if match is None:
+        raise RecordChoiceError(f"record: found {record!r}, allowed are auto, all, none, worst:N with N ≥ 1")
+    return int(match[1])
+
+
+def worlds_to_record(record: str, runs: Sequence[Run], total: int) -> tuple[list[int], str]:
+    """Return the indices of the worlds to record, in order, and a sentence that says how many and why.
+
+    Parameters
+    ----------
+    record : str
+        ``auto``, ``all``, ``none`` or ``worst:N``.
+    runs : sequence of Run
+        What finished; only worlds with every controller finished are recorded.
+    total : int
+        Number of worlds in the scenario.
+
+    Raises
+    ------
+    RecordChoiceError
+        Where `record` is none of these.
+    """
+    count = check_choice(record)
+    finished = sorted({run.world for run in runs})
+    if record == "none":
+        return [], "no recordings: told so by record none"
+    if record == "auto" and total > MANY:
+        count = MANY
+    if count is None or count >= len(finished):
+        reason = "one per world" if len(finished) == total else "one per world that finished"
+        return finished, f"{len(finished)} recording{'s' if len(finished) != 1 else ''}: {reason}"
+
+    def badness(world: int) -> tuple[bool, float]:
+        own = [run for run in runs if run.world == world]
+        errors = [run.metrics["max_position_error"] for run in own]
+        return (
+            any(run.status != "completed" for run in own),
+            max((error for error in errors if error is not None), default=0.0),
+        )
+
+    worst = sorted(finished, key=badness, reverse=True)[:count]
+    note = f"{count} recordings of {len(finished)} worlds: those that ended early, then the largest errors"
+    return sorted(worst), note + (" (more with record all)" if record == "auto" else "")
+
+
+def record_worlds(
+    folder: Path,
+    chosen: Sequence[int],
+    runs: Sequence[Run],
+    worlds: Sequence[World],
+    manifest: dict[str, Any],
+    shapes: Sequence[Shape],
+) -> dict[int, str]:
+    """Write one recording per chosen world into `folder`; return the file names by world.
+
+    The recordings are made from `signals.parquet`: the archive is Parquet, a recording is a view of it.
+    """
+    if not chosen:
+        return {}
+    from slipctl.view import RunInfo, WorldRecording, world_slug, write_recordings
+
+    names = {world: world_slug(worlds[world].varied, manifest["scenario"]) + ".rrd" for world in chosen}
+    recordings = [
+        WorldRecording(
+            file=names[world],
+            runs=tuple(
+                RunInfo(
+                    run=run.index,
+                    label=run.label,
+                    kind=run.kind,
+                    status=run.status,
+                    end_time=run.end_time,
+                    metrics=run.metrics,
+                    slip_bound=getattr(_config(worlds[world], run.label), "slip_bound", None),
+                )
+                for run in runs
+                if run.world == world
+            ),
+            info={
+                "scenario": manifest["scenario"],
+                "scenario_id": manifest["scenario_id"],
+                "model_id": manifest["model_id"],
+                "versions": manifest["versions"],
+                "description": worlds[world].scenario.description,
+                "varied": worlds[world].varied,
+                "seed": worlds[world].seed,
+                "tick": worlds[world].scenario.tick,
+            },
+        )
+        for world in chosen
+    ]
+    bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
+    write_recordings(folder, folder / SIGNALS, recordings, bodies)
+    return names
+
+
+def _config(world: World, label: str) -> Any:
+    return next(controller for controller in world.scenario.controller if controller.label == label)

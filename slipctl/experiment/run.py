@@ -1,0 +1,174 @@
+"""Run a scenario: worlds in batches, results streamed to disk, recordings from them."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from slipctl import scenario as files
+from slipctl.experiment import build, folder
+from slipctl.experiment.batch import batches, run_batch
+from slipctl.experiment.collect import Collector
+from slipctl.experiment.record import record_worlds, worlds_to_record
+from slipctl.experiment.result import Result, metrics_table, varied_keys, write_json
+from slipctl.theory.robot import WheelGeometry
+
+Progress = Callable[[int, int, str], None]
+
+LARGEST_BATCH = 64
+ROWS_IN_MEMORY = 500_000
+"""Rows times worlds that one batch may hold: about 0.2 GB of signals."""
+
+
+def run(
+    scenario: files.Scenario | str | Path,
+    *,
+    out: Path | str | None = None,
+    record: str = "auto",
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Run every world of a scenario under every listed controller.
+
+    Parameters
+    ----------
+    scenario : Scenario, path, or name of a shipped scenario
+    out : path, optional
+        Folder in which a new run folder is made; nothing is written where it is None.
+    record : str
+        Which worlds get a Rerun recording: ``auto``, ``all``, ``none`` or ``worst:N``. Without `out`, none.
+    threads : int, optional
+        Threads for MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
+    progress : callable, optional
+        Called with steps done, steps in all and a text.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    slipctl.scenario.ScenarioError
+        Where the scenario is wrong.
+    slipctl.experiment.folder.OutputError
+        Where `out` cannot be written.
+    """
+    if not isinstance(scenario, files.Scenario):
+        scenario = files.load(scenario)
+    worlds = files.worlds(scenario)
+    began = time.monotonic()
+    tell = progress or (lambda done, total, text: None)
+    with ExitStack() as stack:
+        part = None
+        if out is not None:
+            out = Path(out)
+            part = stack.enter_context(folder.unfinished(out, scenario.name))
+        # the model is read before the first tick, so that a wrong one is refused before any work
+        robot = build.read_robot(scenario)
+        collector = Collector(part)
+        try:
+            _simulate(worlds, robot.geometry, threads, collector, tell)
+        except KeyboardInterrupt:
+            collector.interrupted = True
+            if not collector.runs:
+                raise
+        signals = collector.close()
+        manifest = _manifest(scenario, worlds, robot.model_id)
+        recordings: dict[int, str] = {}
+        note = "no recordings: nothing was written to disk"
+        if part is not None:
+            chosen, note = worlds_to_record(record, collector.runs, len(worlds))
+            recordings = record_worlds(part, chosen, collector.runs, worlds, manifest, robot.shapes)
+        metrics = metrics_table(collector.runs, worlds, recordings)
+        target = None
+        if part is not None and isinstance(out, Path):
+            import pyarrow.parquet as pq
+
+            pq.write_table(metrics, part / "metrics.parquet")
+            manifest |= {
+                "runs": metrics.num_rows,
+                "interrupted": collector.interrupted,
+                "recordings": note,
+                "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+                "wall_time": round(time.monotonic() - began, 3),
+            }
+            write_json(part / "manifest.json", manifest)
+            target = folder.publish(part, out, scenario.name)
+            signals = pq.read_table(target / "signals.parquet", memory_map=True)
+    return Result(target, metrics, signals, manifest, varied_keys(worlds), note, collector.interrupted)
+
+
+def _simulate(
+    worlds: Sequence[files.World],
+    geometry: WheelGeometry,
+    threads: int | None,
+    collector: Collector,
+    tell: Progress,
+) -> None:
+    steps = [build.tick_count(world.scenario) * len(world.scenario.controller) for world in worlds]
+    total, done = sum(steps), 0
+    largest = max(
+        1,
+        min(LARGEST_BATCH, ROWS_IN_MEMORY // (max(build.tick_count(world.scenario) for world in worlds) + 1)),
+    )
+    for indices in batches(worlds, largest):
+        text = f"world {indices[0] + 1} to {indices[-1] + 1} of {len(worlds)}"
+
+        def report(within: int, before: int = done, text: str = text) -> None:
+            tell(before + within, total, text)
+
+        for runs in run_batch(worlds, indices, geometry, threads or _threads(len(indices)), report):
+            collector.add(runs)
+        collector.flush()
+        done += sum(steps[index] for index in indices)
+
+
+def _threads(worlds: int) -> int:
+    """Return how many threads pay: handing a tick over costs as much as a few worlds' physics."""
+    return max(1, min(os.cpu_count() or 1, worlds // 4))
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that decide the numbers."""
+    return {name: version(name) for name in ("slipctl", "mujoco", "numpy", "scipy", "rerun-sdk", "pyarrow")}
+
+
+def machine() -> dict[str, Any]:
+    """Return what the numbers were made on."""
+    return {
+        "system": platform.system(),
+        "architecture": platform.machine(),
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def _manifest(scenario: files.Scenario, worlds: Sequence[files.World], model_id: str) -> dict[str, Any]:
+    return {
+        "format": 1,
+        "scenario": scenario.name,
+        "scenario_id": files.scenario_id(scenario),
+        "model_id": model_id,
+        "versions": versions(),
+        "machine": machine(),
+        "worlds": len(worlds),
+        "controllers": [controller.label for controller in scenario.controller],
+        "scenario_file": files.dump(scenario),
+    }
