@@ -7,12 +7,15 @@ wrong with a file is reported at once, as a `ScenarioError`.
 from slipctl.scenario.axes import Axis, Span
 from slipctl.scenario.controllers import Controller, NominalKinematic, RobustKinematic
 from slipctl.scenario.identity import canonical, dump, scenario_id
-from slipctl.scenario.loading import World, load, override, read, worlds
+from slipctl.scenario.json_schema import json_schema
+from slipctl.scenario.loading import World, load, read, worlds
 from slipctl.scenario.model import Scenario
+from slipctl.scenario.override import override, sweep_over
 from slipctl.scenario.problems import Problem, ScenarioError
 from slipctl.scenario.references import Circle, FigureEight, Line, PointToPoint, Reference
 from slipctl.scenario.slip import ProportionalSlip, SinusoidalSlip, Slip
 from slipctl.scenario.tables import Ground, KinematicOde, Mujoco, Plant, Robot, Sensing, Start
+from slipctl.scenario.templates import template
 
 __all__ = [
     "Axis",
@@ -41,9 +44,12 @@ __all__ = [
     "World",
     "canonical",
     "dump",
+    "json_schema",
     "load",
     "override",
     "read",
     "scenario_id",
+    "sweep_over",
+    "template",
     "worlds",
 ]

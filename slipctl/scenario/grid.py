@@ -9,8 +9,9 @@ from typing import Any
 from slipctl.scenario.axes import Axis
 from slipctl.scenario.base import lookup
 from slipctl.scenario.checks import controllers
-from slipctl.scenario.problems import Problem, nearest, quote
-from slipctl.scenario.structure import is_number, table_at
+from slipctl.scenario.later import later_key
+from slipctl.scenario.problems import Problem, later, nearest, quote
+from slipctl.scenario.structure import KINDS, is_number, table_at
 
 RUN_LIMIT = 100_000
 """Largest number of runs (worlds times controllers) of one grid."""
@@ -45,23 +46,11 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
     """Tell what is wrong with the swept keys and with the size of their grid."""
     valid = sweepable(raw)
     labels = [label for _, label, _ in controllers(raw)]
-    problems = []
-    for axis in axes:
-        if axis.key in valid:
-            continue
-        parts = axis.key.split(".")
-        where = f"sweep.{axis.key}"
-        if parts[0] == "controller" and len(parts) > 1 and parts[1] not in labels:
-            found = f"no controller labelled {quote(parts[1])}"
-            problems.append(Problem(where, found, ", ".join(labels), nearest(parts[1], labels)))
-        elif parts[0] == "controller" and len(parts) > 2:
-            problems.append(
-                _unsweepable(where, axis.key, [key for key in valid if key.startswith("controller.")])
-            )
-        else:
-            problems.append(
-                _unsweepable(where, axis.key, [key for key in valid if not key.startswith("controller.")])
-            )
+    problems = [
+        _unsweepable(axis.key, valid, labels)
+        for axis in axes
+        if axis.key not in valid and not _unknown_kind(axis.key, raw)
+    ]
     worlds = prod(len(axis) for axis in axes)
     runs = worlds * max(1, len(labels))
     if axes and runs > RUN_LIMIT:
@@ -71,10 +60,28 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
     return problems
 
 
-def _unsweepable(where: str, key: str, valid: list[str]) -> Problem:
+def _unsweepable(key: str, valid: Sequence[str], labels: Sequence[str]) -> Problem:
+    where, (section, *rest) = f"sweep.{key}", key.split(".")
+    if section == "controller" and rest and rest[0] not in labels:
+        found = f"no controller labelled {quote(rest[0])}"
+        return Problem(where, found, ", ".join(labels), nearest(rest[0], labels))
+    what = later_key(".".join([section, *(rest[1:] if section == "controller" else rest)]))
+    alike = [name for name in valid if name.startswith("controller.") == (section == "controller")]
+    if what is not None:
+        return later(where, what, alike)
     return Problem(
-        where, "a key that does not exist or is not a number", ", ".join(valid), nearest(key, valid)
+        where, "a key that does not exist or is not a number", ", ".join(alike), nearest(key, alike)
     )
+
+
+def _unknown_kind(key: str, raw: Mapping[str, Any]) -> bool:
+    """Whether a key's table is of no known kind: then the kind is wrong, and the key cannot be judged."""
+    section, *rest = key.split(".")
+    if section == "controller":
+        paths = [path for path, label, _ in controllers(raw) if rest and label == rest[0]]
+    else:
+        paths = [(section,)] if section in KINDS and section in raw else []
+    return bool(paths) and table_at(paths[0], raw) is None
 
 
 def variations(axes: Sequence[Axis]) -> Iterator[dict[str, float | int]]:

@@ -14,7 +14,7 @@ from slipctl.scenario.checks import rule_problems
 from slipctl.scenario.fields import field_problems
 from slipctl.scenario.grid import Place, axis_problems, variations, with_values
 from slipctl.scenario.model import Scenario
-from slipctl.scenario.problems import Problem, ScenarioError, nearest, quote
+from slipctl.scenario.problems import Problem, ScenarioError, nearest
 
 _PROBLEM_LIMIT = 50
 """Problems listed of one grid; more are the same again and again."""
@@ -122,53 +122,12 @@ def worlds(scenario: Scenario) -> list[World]:
     return result
 
 
-def override(scenario: Scenario, over: Mapping[str, str | Sequence[float]]) -> Scenario:
-    """Add or replace swept keys, as by `--over KEY=VALUES`.
-
-    Parameters
-    ----------
-    scenario
-        Scenario to start from. A key that it sweeps already keeps its place in the grid; new ones come
-        after, in the order given, so the last one varies fastest.
-    over
-        Values by dotted key: "0.1,0.2" lists them, "0.05:0.8:10" spaces 10 evenly, "0.01:1:10:log" evenly
-        in the logarithm; a sequence of numbers lists them too.
-
-    Raises
-    ------
-    ScenarioError
-        If a text is none of these, or as `read` does.
-    """
-    problems: list[Problem] = []
-    given = {key: _values(key, text, problems) for key, text in over.items()}
-    if problems:
-        raise ScenarioError("--over", problems)
-    sweep = {**sweep_table(scenario.sweep), **given}
-    return read({**tables_of(scenario), "sweep": sweep}, f"{scenario.name} with --over", scenario.name)
-
-
 def sweep_table(axes: Sequence[Axis]) -> dict[str, Any]:
     """Write axes as a `[sweep]` table."""
     return {
         axis.key: list(axis.values) if isinstance(axis.values, tuple) else axis.values.table()
         for axis in axes
     }
-
-
-def _values(key: str, text: str | Sequence[float], problems: list[Problem]) -> Any:
-    if not isinstance(text, str):
-        return list(text)
-    try:
-        if ":" not in text:
-            return [float(part) for part in text.split(",")]
-        first, last, count, *scale = text.split(":")
-        if len(scale) > 1:
-            raise ValueError(text)
-        span = {"from": float(first), "to": float(last), "count": int(count)}
-    except ValueError:
-        problems.append(Problem(key, quote(text), "0.1,0.2,0.4 or FROM:TO:COUNT or FROM:TO:COUNT:log"))
-        return []
-    return {**span, "scale": scale[0]} if scale else span
 
 
 def _find(source: str | Path) -> Path:

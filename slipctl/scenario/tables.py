@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 
 from slipctl.scenario.base import AsTrue, Table, quantity
 
@@ -22,6 +22,11 @@ class KinematicOde(Table):
 
     kind: Literal["kinematic_ode"] = quantity("Kinematic model with prescribed slip; no floor, no forces")
     arena: float = quantity("The run ends beyond this distance from the origin", "m", 50.0, gt=0)
+
+    @property
+    def timestep(self) -> None:
+        """None: the ODE has no physics time step of its own."""
+        return
 
 
 class Mujoco(Table):
@@ -78,9 +83,15 @@ class Start(Table):
     heading_offset_deg: float = quantity("Start turned from the planned heading", "deg", 0.0, ge=-360, le=360)
 
 
+Truth = Annotated[
+    Literal["true"], AsTrue, WithJsonSchema({"enum": ["true", True], "description": "The true value"})
+]
+"""The true value of a signal; `true` and "true" mean the same."""
+
+
 class Sensing(Table):
     """`[sensing]`: what the controller gets to see of the motion. This release: the truth."""
 
-    pose: Annotated[Literal["true"], AsTrue] = quantity("Source of position and heading", "", "true")
-    velocity: Annotated[Literal["true"], AsTrue] = quantity("Source of the velocity", "", "true")
-    acceleration: Annotated[Literal["true"], AsTrue] = quantity("Source of the acceleration", "", "true")
+    pose: Truth = quantity("Source of position and heading", "", "true")
+    velocity: Truth = quantity("Source of the velocity", "", "true")
+    acceleration: Truth = quantity("Source of the acceleration", "", "true")

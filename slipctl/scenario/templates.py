@@ -1,0 +1,103 @@
+"""A commented scenario file to start from."""
+
+import re
+from collections.abc import Iterator, Mapping
+from json import dumps
+from typing import Any
+
+from slipctl.scenario.base import Table
+from slipctl.scenario.identity import dump
+from slipctl.scenario.loading import load, sweep_table
+from slipctl.scenario.model import NAME_PATTERN, Scenario
+from slipctl.scenario.problems import Problem, ScenarioError, quote
+from slipctl.scenario.structure import allowed, choices
+
+
+def template(like: str, name: str) -> str:
+    """Write a scenario file to start from: another scenario with every key explained.
+
+    Parameters
+    ----------
+    like
+        The scenario to start from, as `load` takes it.
+    name
+        Name of the new scenario.
+
+    Returns
+    -------
+    str
+        A valid TOML file that means the same as `like`. Keys at their defaults stand in it as comments.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no scenario `like`, or the name cannot be one.
+    """
+    if not re.match(NAME_PATTERN, name):
+        valid = allowed("name", Scenario.model_fields["name"])
+        raise ScenarioError(name, [Problem("name", quote(name), valid)])
+    scenario = load(like)
+    applies = dump(scenario)
+    given = scenario.model_fields_set
+    skip = ("name", "description") if "duration" in given else ("name", "description", "duration")
+    lines = [
+        f"# A scenario of slipctl, made from {scenario.name}. SI and radians, except keys that end in _deg.",
+        "# Lines that begin with # and hold a value are keys at their defaults. Run it: slipctl run FILE",
+        "",
+        f"name = {quote(name)}",
+        f"description = {quote(scenario.description)}",
+        *_keys(scenario, applies, skip),
+    ]
+    for section in ("robot", "plant", "ground", "slip", "reference", "start", "sensing"):
+        table = getattr(scenario, section)
+        if table is not None and section in applies:
+            lines += _section(section, "" if section in given else "# ", table, applies[section])
+    for entry, tables in zip(scenario.controller, applies["controller"], strict=True):
+        lines += _section("controller", "", entry, tables)
+    if scenario.sweep:
+        lines += _head("sweep", "[sweep]")
+        lines += [f"{quote(key)} = {_value(value)}" for key, value in sweep_table(scenario.sweep).items()]
+    return "\n".join(lines) + "\n"
+
+
+def _head(section: str, head: str) -> list[str]:
+    return ["", f"# {Scenario.model_fields[section].description}.", head]
+
+
+def _section(section: str, mark: str, table: Table, applies: Mapping[str, Any]) -> Iterator[str]:
+    yield from _head(section, mark + ("[[controller]]" if section == "controller" else f"[{section}]"))
+    yield from _keys(table, applies)
+
+
+def _keys(table: Table, applies: Mapping[str, Any], skip: tuple[str, ...] = ()) -> Iterator[str]:
+    """Lines of a table's own keys, its kind first, those left at their defaults as comments."""
+    fields = type(table).model_fields
+    for name in sorted(fields, key=lambda name: name != "kind"):
+        value, field = getattr(table, name), fields[name]
+        is_section = isinstance(table, Scenario) and isinstance(value, Table | tuple)
+        if name in skip or is_section or (isinstance(table, Scenario) and value is None):
+            continue
+        words = choices(field)
+        text = f"{field.description}: {', '.join(words)}" if len(words) > 1 else field.description
+        if value is None:
+            yield f"# {name}: {text}"
+        elif name in applies:
+            mark = "" if name in table.model_fields_set else "# "
+            yield f"{mark}{name} = {_value(_plain(value))}  # {text}"
+
+
+def _plain(value: Any) -> Any:
+    return value.model_dump(exclude_unset=True) if isinstance(value, Table) else value
+
+
+def _value(value: Any) -> str:
+    """Spell a value in TOML."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, str):
+        return dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value)
