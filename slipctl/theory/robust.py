@@ -90,8 +90,9 @@ UncertaintyBound = Callable[[Array, Array, Array, Array], Array]
 def paper_bound(slip_bound: Array, forward_speed: Array, nominal: Array, nominal_forward: Array) -> Array:
     """Return ρ of (58) with the paper-like Φ; needs α < 1/2.
 
-    The paper bounds the slip rates by the nominal input, but the true v̇_t = αū₁ contains Δv: this ρ is valid
-    for the paper's own slip only through slack, and is **not** rigorous. The paper does not print Φ; assumed
+    The paper bounds the slip rates by the nominal input, but the true v̇_t = αū₁ contains Δv. What saves the
+    bound is slack in (51): it is never below `independent_bound` (derived), so it holds wherever that does.
+    The paper does not print Φ; assumed
     Φ = α|v||w_s| + 2α|û₁| + (1+α)|v||w_s| with |w_s| = α|v| and û₁ = t·v̂.
 
     Parameters
@@ -143,19 +144,16 @@ class Uncertainty:
         ρ as a function.
     largest_slip_bound : float
         α must stay below this.
-    rigorous : bool
-        Whether ‖η‖ ≤ ρ is proved for its hypotheses.
     """
 
     bound: UncertaintyBound
     largest_slip_bound: float
-    rigorous: bool
 
 
 UNCERTAINTIES = {
-    "paper": Uncertainty(paper_bound, 0.5, rigorous=False),
-    "independent": Uncertainty(independent_bound, 0.5, rigorous=True),
-    "slip_ratio": Uncertainty(slip_ratio_bound, 1.0 / math.sqrt(2.0), rigorous=True),
+    "paper": Uncertainty(paper_bound, 0.5),
+    "independent": Uncertainty(independent_bound, 0.5),
+    "slip_ratio": Uncertainty(slip_ratio_bound, 1.0 / math.sqrt(2.0)),
 }
 
 

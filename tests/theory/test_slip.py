@@ -1,0 +1,191 @@
+import functools
+import math
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipctl.theory.flatness import invert_decoupling
+from slipctl.theory.slip import (
+    NoSlip,
+    ProportionalSlip,
+    SinusoidalSlip,
+    measure_slip,
+    slip_ratio,
+    slip_terms,
+    slipping_velocity,
+)
+from slipctl.tick import Motion, Slip
+
+rates = st.floats(-5.0, 5.0)
+headings = st.floats(-math.pi, math.pi)
+
+
+def one(*values):
+    return tuple(np.array([float(value)]) for value in values)
+
+
+def motion_of(v, w, slip, heading):
+    """Return the motion of a robot that slips, by (28)."""
+    c, s = np.cos(heading), np.sin(heading)
+    return Motion(
+        position=np.zeros((len(v), 2)),
+        velocity=np.stack(slipping_velocity(v, slip, c, s), axis=-1),
+        heading_vector=np.stack([c, s], axis=-1),
+        heading_rate=w + slip.yaw,
+        wheel_rate=np.full((len(v), 2), np.nan),  # never looked at
+        forward_speed=v,
+        yaw_rate=w,
+    )
+
+
+@given(rates, rates, rates, rates, rates, headings)
+def test_measured_slip_is_the_prescribed_one(v, w, v_t, v_s, w_s, heading):
+    measured = measure_slip(motion_of(*one(v, w), Slip(*one(v_t, v_s, w_s)), *one(heading)))
+    tolerance = 1e-15 * (1.0 + abs(v) + abs(v_t) + abs(v_s) + abs(w) + abs(w_s))
+    assert measured.longitudinal[0] == pytest.approx(v_t, abs=4 * tolerance)
+    assert measured.lateral[0] == pytest.approx(v_s, abs=4 * tolerance)
+    assert measured.yaw[0] == pytest.approx(w_s, abs=4 * tolerance)
+
+
+@pytest.mark.parametrize(
+    ("heading", "pushed_to", "lateral"),
+    [
+        (0.0, (0.0, -0.2), 0.2),  # facing +x, pushed to −y: to the right
+        (0.0, (0.0, 0.2), -0.2),
+        (math.pi / 2.0, (0.2, 0.0), 0.2),  # facing +y, pushed to +x: to the right
+        (math.pi, (0.0, 0.2), 0.2),
+        (-math.pi / 2.0, (-0.2, 0.0), 0.2),
+    ],
+)
+def test_lateral_slip_is_positive_to_the_right(heading, pushed_to, lateral):
+    c, s = math.cos(heading), math.sin(heading)
+    still = np.zeros(1)
+    motion = Motion(still[:, None], np.array([pushed_to]), np.array([[c, s]]), still, still, still, still)
+    slip = measure_slip(motion)
+    assert slip.lateral[0] == pytest.approx(lateral, abs=1e-15)
+    assert slip.longitudinal[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_locked_wheels_slide_forward_with_positive_slip_and_spinning_ones_with_negative():
+    still, rolling = np.zeros(1), np.ones(1)
+    moving = np.array([[1.0, 0.0]])
+    east = np.array([[1.0, 0.0]])
+    locked = measure_slip(Motion(moving, moving, east, still, moving, still, still))
+    spinning = measure_slip(Motion(moving, 0.0 * moving, east, still, moving, rolling, still))
+    assert locked.longitudinal[0] == 1.0
+    assert spinning.longitudinal[0] == -1.0
+
+
+def test_yaw_slip_is_what_the_body_turns_more_than_the_wheels_say():
+    zero = np.zeros(1)
+    pair = np.zeros((1, 2))
+    motion = Motion(pair, pair, np.array([[1.0, 0.0]]), np.array([0.7]), pair, zero, np.array([0.5]))
+    assert measure_slip(motion).yaw[0] == pytest.approx(0.2)
+
+
+@functools.cache
+def derived_terms():
+    """Derive C and D of (32) from (29) by symbolic differentiation, as one numeric function."""
+    t = sympy.Symbol("t")
+    v, heading, v_t, v_s = (sympy.Function(name)(t) for name in ("v", "h", "vt", "vs"))
+    u1, u2, w_s, dv_t, dv_s = sympy.symbols("u1 u2 ws dvt dvs")
+    c, s = sympy.cos(heading), sympy.sin(heading)
+    first = sympy.Matrix([(v + v_t) * c + v_s * s, (v + v_t) * s - v_s * c])
+    second = first.diff(t).subs(
+        {v.diff(t): u1, heading.diff(t): u2 + w_s, v_t.diff(t): dv_t, v_s.diff(t): dv_s}
+    )
+    without = sympy.Matrix([[c, -v * s], [s, v * c]])
+    rest = sympy.expand(second - without * sympy.Matrix([u1, u2]))
+    d_matrix = rest.jacobian([u1, u2])
+    c_matrix = rest.subs({u1: 0, u2: 0})
+    symbols = sympy.symbols("v_ h_ vt_ vs_")
+    plain = dict(zip((v, heading, v_t, v_s), symbols, strict=True))
+    return sympy.lambdify(
+        [*symbols, w_s, dv_t, dv_s], [c_matrix.subs(plain), d_matrix.subs(plain)], modules="numpy"
+    )
+
+
+@given(rates, headings, rates, rates, rates, rates, rates)
+def test_c_and_d_are_the_second_derivative_of_the_slipping_flat_output(v, heading, v_t, v_s, w_s, dv_t, dv_s):
+    c_matrix, d_matrix = slip_terms(
+        *one(v),
+        Slip(*one(v_t, v_s, w_s)),
+        *one(dv_t, dv_s, math.cos(heading), math.sin(heading)),
+    )
+    c_derived, d_derived = derived_terms()(v, heading, v_t, v_s, w_s, dv_t, dv_s)
+    np.testing.assert_allclose(c_matrix[0], np.ravel(c_derived), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(d_matrix[0], d_derived, rtol=0, atol=1e-14)
+
+
+def test_c_and_d_vanish_without_slip():
+    zero = np.zeros(3)
+    heading = np.array([0.3, 2.0, -2.5])
+    c_matrix, d_matrix = slip_terms(
+        np.array([0.1, 1.0, -2.0]), Slip(zero, zero, zero), zero, zero, np.cos(heading), np.sin(heading)
+    )
+    assert not c_matrix.any()
+    assert not d_matrix.any()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_uncertainty_is_what_a_finite_difference_of_the_velocity_sees(seed):
+    """η = D B⁻¹ v + C, (36), against (Ḟ(h) − Ḟ(−h))/(2h) − v of a motion given in closed form."""
+    rng = np.random.default_rng(seed)
+    v, heading = rng.uniform(0.2, 1.0), rng.uniform(-math.pi, math.pi)
+    amplitude, frequency, phase = rng.uniform(0.1, 0.5, 3), rng.uniform(1.0, 3.0, 3), rng.uniform(0, 6, 3)
+    flat_input = rng.uniform(-1.0, 1.0, (1, 2))
+
+    def slip(t):
+        return Slip(*one(*(amplitude * np.sin(frequency * t + phase))))
+
+    u1, u2 = invert_decoupling(*one(v, math.cos(heading), math.sin(heading)), flat_input)
+
+    def velocity(t):
+        swing = np.cos(phase[2]) - np.cos(frequency[2] * t + phase[2])  # ∫ w_s
+        angle = heading + u2 * t + amplitude[2] / frequency[2] * swing
+        return np.stack(slipping_velocity(v + u1 * t, slip(t), np.cos(angle), np.sin(angle)), axis=-1)
+
+    h = 1e-5
+    seen = (velocity(h) - velocity(-h)) / (2.0 * h) - flat_input
+    rate = amplitude * frequency * np.cos(phase)
+    c_matrix, d_matrix = slip_terms(
+        *one(v), slip(0.0), *one(rate[0], rate[1], math.cos(heading), math.sin(heading))
+    )
+    uncertainty = d_matrix[0] @ np.array([u1[0], u2[0]]) + c_matrix[0]
+    np.testing.assert_allclose(uncertainty, seen[0], rtol=0, atol=1e-8)
+    assert np.hypot(*uncertainty) > 0.05
+
+
+def test_norm_of_e_is_the_slip_ratio():
+    """(50): ‖D B⁻¹‖ = √(v_t² + v_s²)/|v|."""
+    v, v_t, v_s, heading = 0.5, 0.1, -0.3, 1.1
+    c, s = math.cos(heading), math.sin(heading)
+    d_matrix = slip_terms(*one(v), Slip(*one(v_t, v_s, 0.0)), *one(0.0, 0.0, c, s))[1][0]
+    inverse = np.linalg.inv([[c, -v * s], [s, v * c]])
+    assert np.linalg.norm(d_matrix @ inverse, 2) == pytest.approx(math.hypot(v_t, v_s) / v, rel=1e-12)
+    assert slip_ratio(*one(v_t, v_s, v))[0] == pytest.approx(math.hypot(v_t, v_s) / v, rel=1e-15)
+
+
+def test_slip_ratio_stays_finite_at_standstill_and_ignores_the_sign_of_the_speed():
+    ratio = slip_ratio(np.array([0.03, 0.03]), np.array([0.04, 0.04]), np.array([0.0, -0.5]))
+    np.testing.assert_allclose(ratio, [1.0, 0.1], rtol=1e-15)
+
+
+def test_slip_laws():
+    v = np.array([0.1, -0.2])
+    still = NoSlip()(3.0, v)
+    assert not np.any([still.longitudinal, still.lateral, still.yaw])
+    fractions = (np.array([0.1, 0.2]), np.array([0.3, 0.4]), np.array([0.5, 0.6]))
+    proportional = ProportionalSlip(*fractions)(99.0, v)
+    np.testing.assert_array_equal(proportional.longitudinal, [0.1 * 0.1, 0.2 * -0.2])
+    np.testing.assert_array_equal(proportional.lateral, [0.3 * 0.1, 0.4 * -0.2])
+    np.testing.assert_array_equal(proportional.yaw, [0.5 * 0.1, 0.6 * -0.2])
+    swinging = SinusoidalSlip(*fractions, period=np.array([4.0, 8.0]))
+    quarter = swinging(1.0, v)  # a quarter of the first period, an eighth of the second
+    np.testing.assert_allclose(quarter.lateral, [0.03, -0.08 * math.sqrt(0.5)], rtol=1e-15)
+    np.testing.assert_allclose(quarter.longitudinal, [0.01, -0.04 * math.sqrt(0.5)], rtol=1e-15)
+    np.testing.assert_allclose(quarter.yaw, [0.05, -0.12 * math.sqrt(0.5)], rtol=1e-15)
+    assert not swinging(0.0, v).lateral.any()
