@@ -89,8 +89,13 @@ class KinematicOde:
         return None
 
     def step(self, state: OdeState, command: Command, tick: float) -> OdeState:
-        """Return the state one tick [s] later; worlds that ended stay where they are."""
-        rate, turn = command.forward_acceleration, command.yaw_rate
+        """Return the state one tick [s] later.
+
+        A world that ended stays where it is; one that diverged keeps its last finite state.
+        """
+        # ū₁ where the wheels are as fast as the law believes; they are not in the first tick from rest
+        rate = (command.forward_speed - state.forward_speed) / tick
+        turn = command.yaw_rate
 
         def derivative(elapsed: float, heading: Array) -> tuple[Array, Array, Array]:
             speed = state.forward_speed + rate * elapsed
@@ -128,14 +133,14 @@ class KinematicOde:
         status = old.status.copy()
         status[running & outside] = Status.LEFT_THE_ARENA
         status[running & ~finite] = Status.DIVERGED
-        if running.all():
+        moves = running & finite
+        if moves.all():
             return replace(new, status=status)
-        keep = running[:, None]
         return OdeState(
             time=new.time,
-            position=np.where(keep, new.position, old.position),
-            heading=np.where(running, new.heading, old.heading),
-            forward_speed=np.where(running, new.forward_speed, old.forward_speed),
-            yaw_rate=np.where(running, new.yaw_rate, old.yaw_rate),
+            position=np.where(moves[:, None], new.position, old.position),
+            heading=np.where(moves, new.heading, old.heading),
+            forward_speed=np.where(moves, new.forward_speed, old.forward_speed),
+            yaw_rate=np.where(moves, new.yaw_rate, old.yaw_rate),
             status=status,
         )
