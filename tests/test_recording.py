@@ -1,0 +1,109 @@
+"""Recorded columns: names, shapes, derived errors, and the table they become."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_table, with_errors
+from slipctl.simulate import Ending, simulate
+from tests import builders
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """Return the columns of two short worlds under the robust law, and their ending."""
+    references = builders.rows_of(builders.table_one(2), 0.01, 0.5)
+    recorder = Recorder(len(references.position), 2)
+    law = builders.robust_law(np.array([-0.5, -0.8]), np.array([0.4, 0.3]), np.array([0.02, 0.05]))
+    plant = builders.ode_plant(builders.paper_slip(2), 2)
+    start = builders.planned_start(references)
+    rows = []
+
+    def write(k, row):
+        recorder.write(k, row)
+        rows.append(row)
+
+    ending = simulate(plant, law, references, start, 0.01, write)
+    return recorder.columns(), ending, rows
+
+
+def test_columns_hold_what_the_rows_held_bit_for_bit(recorded):
+    columns, _, rows = recorded
+    for k, row in enumerate(rows):
+        for world in range(2):
+            assert columns["motion.position.x"][world, k] == row.motion.position[world, 0]
+            assert columns["motion.velocity.y"][world, k] == row.motion.velocity[world, 1]
+            assert columns["wheel.rate.left"][world, k] == row.motion.wheel_rate[world, 0]
+            assert columns["wheel.rate_command.right"][world, k] == row.decision.command.wheel_rate[world, 1]
+            assert columns["slip.lateral"][world, k] == row.slip.lateral[world]
+            assert columns["decision.robust_gain"][world, k] == row.decision.trace.robust_gain[world]
+
+
+def test_errors_follow_from_their_definitions():
+    angle = 0.3
+    tangent = np.array([math.cos(angle), math.sin(angle)])
+    left = np.array([-math.sin(angle), math.cos(angle)])
+    # 2 m ahead and 0.5 m to the left of the reference, heading 0.1 rad too far left, across the ±π cut or not
+    for turn in (0.1, 0.1 + 2.0 * math.pi):
+        heading = angle + turn
+        zero = np.zeros((1, 1))
+
+        def cell(value: float) -> np.ndarray:
+            return np.array([[value]])
+
+        offset = 2.0 * tangent + 0.5 * left
+        columns = with_errors(
+            {
+                "reference.position.x": cell(1.0),
+                "reference.position.y": cell(-1.0),
+                "reference.velocity.x": cell(0.4 * tangent[0]),
+                "reference.velocity.y": cell(0.4 * tangent[1]),
+                "reference.acceleration.x": cell(0.2 * left[0]),
+                "reference.acceleration.y": cell(0.2 * left[1]),
+                "motion.position.x": cell(1.0 + offset[0]),
+                "motion.position.y": cell(-1.0 + offset[1]),
+                "motion.heading_vector.x": cell(math.cos(heading)),
+                "motion.heading_vector.y": cell(math.sin(heading)),
+                "motion.forward_speed": cell(0.02),
+                "slip.longitudinal": cell(0.03),
+                "slip.lateral": cell(-0.04),
+                "slip.yaw": zero,
+            }
+        )
+        assert columns["error.position"][0, 0] == pytest.approx(math.hypot(2.0, 0.5))
+        assert columns["error.cross_track"][0, 0] == pytest.approx(0.5)
+        assert columns["error.heading"][0, 0] == pytest.approx(0.1)
+        assert columns["reference.forward_speed"][0, 0] == pytest.approx(0.4)
+        assert columns["reference.yaw_rate"][0, 0] == pytest.approx(0.5)
+        # 0.05 m/s of slip over the least speed of 0.05 m/s
+        assert columns["slip.ratio"][0, 0] == pytest.approx(1.0)
+        assert "motion.heading_vector.x" not in columns
+
+
+def test_the_table_survives_a_file_with_units_and_bits(recorded, tmp_path):
+    columns, ending, _ = recorded
+    columns = with_errors(columns)
+    table = signal_table(7, 1, columns, ending, 0.01)
+    pq.write_table(table, tmp_path / "signals.parquet")
+    back = pq.read_table(tmp_path / "signals.parquet")
+    assert back.num_rows == 51
+    assert set(back["run"].to_pylist()) == {7}
+    assert back["time"].to_numpy().tobytes() == (np.arange(51) * 0.01).tobytes()
+    for name in back.column_names[2:]:
+        assert back.schema.field(name).metadata == {b"unit": UNITS[name].encode()}
+        if name in columns and not name.startswith("guarantee."):
+            assert np.array_equal(back[name].to_numpy(), columns[name][1])
+
+
+def test_rows_after_the_end_are_left_out_and_missing_law_columns_are_null(recorded):
+    columns, _, _ = recorded
+    columns = {name: values for name, values in with_errors(columns).items() if name not in LAW_COLUMNS}
+    ending = Ending(status=np.array([0, 2], dtype=np.int8), last_row=np.array([50, 12]))
+    table = signal_table(1, 1, columns, ending, 0.01)
+    assert table.num_rows == 13
+    assert table["decision.robust_gain"].null_count == 13
+    assert "wheel.torque.left" not in table.column_names
