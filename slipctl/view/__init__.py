@@ -12,7 +12,14 @@ from typing import Any
 import pyarrow as pa
 
 from slipctl.tick import Shape
-from slipctl.view.content import RecordingError, RunInfo, ViewerError, WorldRecording, recording_id, world_slug
+from slipctl.view.content import (
+    RecordingError,
+    RunInfo,
+    ViewerError,
+    WorldRecording,
+    recording_id,
+    world_slug,
+)
 
 __all__ = [
     "RecordingError",
@@ -45,7 +52,7 @@ def write_recordings(
     signals: pa.Table | Path,
     worlds: Sequence[WorldRecording],
     shapes: Sequence[Shape] | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Path]:
     """Write many worlds, each to its own ``.rrd``; see `slipctl.view.batch.write_all`."""

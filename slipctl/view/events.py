@@ -42,7 +42,13 @@ def events(track: Track) -> list[Event]:
         for start, end in episodes(track.time, ratio > SLIP_ONSET):
             inside = ratio[(track.time >= start) & (track.time <= end)]
             peak = float(np.nanmax(inside))
-            found.append(Event(start, "WARN", f"slip onset: ratio above {SLIP_ONSET:.0%}{_for(start, end)}, peak {peak:.0%}"))
+            found.append(
+                Event(
+                    start,
+                    "WARN",
+                    f"slip onset: ratio above {SLIP_ONSET:.0%}{_for(start, end)}, peak {peak:.0%}",
+                )
+            )
     for side in ("left", "right"):
         if track.has(f"wheel.sliding.{side}"):
             for start, end in _flag(track, f"wheel.sliding.{side}"):
@@ -53,7 +59,9 @@ def events(track: Track) -> list[Event]:
     if track.has("guarantee.held"):
         held = track.values("guarantee.held")
         for start, end in episodes(track.time, held == 0):
-            found.append(Event(start, "INFO", f"a hypothesis of the guarantee does not hold{_for(start, end)}"))
+            found.append(
+                Event(start, "INFO", f"a hypothesis of the guarantee does not hold{_for(start, end)}")
+            )
     status, end = track.info.status, float(track.time[-1])
     if track.info.end_time is not None:
         end = float(track.info.end_time)

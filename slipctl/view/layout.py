@@ -44,8 +44,16 @@ def blueprint(
                 ["decision.nominal_input.norm", "decision.robust_input.norm"],
                 settled=True,
             ),
-            plots.view("Left wheel [rad/s] · wide: commanded", ["wheel.rate_command.left", "wheel.rate.left"]),
-            plots.view("Right wheel [rad/s] · wide: commanded", ["wheel.rate_command.right", "wheel.rate.right"]),
+            plots.view(
+                "Left wheel [rad/s] · thin: commanded",
+                ["wheel.rate_command.left", "wheel.rate.left"],
+                settled=True,
+            ),
+            plots.view(
+                "Right wheel [rad/s] · thin: commanded",
+                ["wheel.rate_command.right", "wheel.rate.right"],
+                settled=True,
+            ),
         ),
         column_shares=[3, 2],
         name="Overview",
@@ -64,7 +72,11 @@ def blueprint(
     slip = [_slip_tab(track, roots[track.info.label], plots, scales, len(tracks)) for track in tracks]
     about = rrb.Horizontal(
         rrb.TextDocumentView(origin="/info/summary", name="Summary"),
-        rrb.TextLogView(contents=[f"+ {root}/events" for root in roots.values()], name="Events"),
+        rrb.TextLogView(
+            contents=[f"+ {root}/events" for root in roots.values()],
+            name="Events",
+            columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
+        ),
         column_shares=[3, 2],
         name="Run info",
     )
@@ -80,9 +92,7 @@ def blueprint(
 
 def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int) -> rrb.Container:
     label = track.info.label
-    states = [
-        f"+ {root}/state/{name}" for column, (name, *_) in STATES.items() if track.has(column)
-    ]
+    states = [f"+ {root}/state/{name}" for column, (name, *_) in STATES.items() if track.has(column)]
     bound = "" if track.info.slip_bound is None else f" · wide: bound ±{track.info.slip_bound:g}|v|"
     slip = ["slip.bound.upper", "slip.bound.lower", "slip.longitudinal", "slip.lateral"]
     gain = ["decision.robust_gain", "guarantee.uncertainty"]
@@ -101,29 +111,40 @@ def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int
         line_grid=rrb.LineGrid3D(visible=False),
         overrides=_growing([root]),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital, position=(-0.95, -0.55, 0.75), look_target=(0.05, 0.0, 0.05), eye_up=(0, 0, 1)
+            kind=rrb.Eye3DKind.Orbital,
+            position=(-0.95, -0.55, 0.75),
+            look_target=(0.05, 0.0, 0.05),
+            eye_up=(0, 0, 1),
         ),
     )
     name = "Slip & wheels" if count == 1 else f"Slip & wheels · {track.name}"
-    column = rrb.Vertical(contents=[view for view in views if view is not None])
+    shown = [view for view in views if view is not None]
+    column = rrb.Vertical(contents=shown, row_shares=[1.5, *(1 for _ in shown[1:])])
     left = camera
     if states:
         lanes = rrb.StateTimelineView(contents=states, name="Wheels, command, guarantee")
-        left = rrb.Vertical(camera, lanes, row_shares=[3, 1])
+        left = rrb.Vertical(camera, lanes, row_shares=[2.6, 1])
     return rrb.Horizontal(left, column, column_shares=[1, 1], name=name)
 
 
-def _scene_view(name: str, tracks: Sequence[Track], roots: Mapping[str, str], above: bool) -> rrb.Spatial3DView:
+def _scene_view(
+    name: str, tracks: Sequence[Track], roots: Mapping[str, str], above: bool
+) -> rrb.Spatial3DView:
     low, high = scene_box(tracks)
     middle, size = (low + high) / 2, float(max(high - low))
     if above:
         position, up = (middle[0], middle[1] - 1e-3, 1.05 * size), (0, 1, 0)
     else:
-        position, up = (middle[0] - 0.2 * size, middle[1] - 0.75 * size, 0.55 * size), (0, 0, 1)
+        position, up = (middle[0] - 0.18 * size, middle[1] - 0.68 * size, 0.48 * size), (0, 0, 1)
     hidden = [f"- {root}/robot/base/{part}/**" for root in roots.values() for part in ("arrows", "label")]
     return rrb.Spatial3DView(
         origin="/",
-        contents=["+ /ground/**", "+ /reference/**", *(f"+ {root}/**" for root in roots.values()), *(hidden if above else [])],
+        contents=[
+            "+ /ground/**",
+            "+ /reference/**",
+            *(f"+ {root}/**" for root in roots.values()),
+            *(hidden if above else []),
+        ],
         name=name,
         background=SKY,
         line_grid=rrb.LineGrid3D(visible=False),
@@ -137,7 +158,9 @@ def _scene_view(name: str, tracks: Sequence[Track], roots: Mapping[str, str], ab
 def _growing(roots: Iterable[str]) -> dict[str, Any]:
     """Show every piece of a trail up to the cursor."""
     until_now = rrb.VisibleTimeRanges(
-        timeline="sim_time", start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
+        timeline="sim_time",
+        start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
     )
     return {f"{root}/trail": until_now for root in roots}
 
@@ -179,7 +202,10 @@ class _Plots:
         longest = max(self._tracks, key=lambda track: track.time[-1])
         wanted = [(longest, column) for column in first]
         wanted += [
-            (track, column) for column in columns for track in self._tracks if only in (None, track.info.label)
+            (track, column)
+            for column in columns
+            for track in self._tracks
+            if only in (None, track.info.label)
         ]
         present = [(track, column) for track, column in wanted if self._values(track, column) is not None]
         if not present:

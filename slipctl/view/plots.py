@@ -94,8 +94,15 @@ def series_name(label: str, column: str, unit: str) -> str:
 
 
 def _log(
-    rec: rr.RecordingStream, root: str, name: str, unit: str, track: Track, values: Array, rows: np.ndarray,
-    colour: Rgb, order: int,
+    rec: rr.RecordingStream,
+    root: str,
+    name: str,
+    unit: str,
+    track: Track,
+    values: Array,
+    rows: np.ndarray,
+    colour: Rgb,
+    order: int,
 ) -> None:
     if len(rows) == 0:
         return
@@ -125,7 +132,9 @@ def _style(name: str, colour: Rgb, order: int) -> tuple[Rgb | tuple[int, int, in
     if name == "decision.robust_gain":
         return lighter(ROBUST_INPUT, 0.5), 4.0
     if name.startswith("wheel.rate_command"):
-        return (*colour, 0x70), 6.0
+        return lighter(colour, 0.7), 1.2  # drawn after the actual rate, which is wider
+    if name.startswith("wheel.rate."):
+        return colour, 6.0 if order == 0 else 3.5
     if name == "slip.lateral" or name == "slip.yaw":
         return (0xCC, 0x79, 0xA7) if name == "slip.lateral" else darker(colour, 0.3), 1.5
     if name.endswith(".right"):
@@ -144,7 +153,9 @@ def _log_states(rec: rr.RecordingStream, root: str, track: Track) -> None:
         path = f"{root}/state/{name}"
         words = [true[0] if on[change] else false[0] for change in changes]
         meaning = rr.StateConfiguration(
-            values=[true[0], false[0]], labels=[true[0], false[0]], colors=[true[1], false[1]]
+            values=[true[0], false[0]],
+            labels=[true[0], false[0]],
+            colors=np.array([true[1], false[1]], dtype=np.uint32),
         )
         rec.log(path, meaning, static=True, strict=True)
         times = rr.TimeColumn("sim_time", duration=nanoseconds(time[changes]))

@@ -46,7 +46,7 @@ def write(
     info : mapping
         All keys optional: ``scenario`` (name), ``description``, ``scenario_id``, ``model_id``, ``seed``,
         ``varied`` (dotted key → value), ``versions`` (program → version), ``units`` (metric → unit),
-        ``wheel_radius``, ``half_track`` [m].
+        ``wheel_radius``, ``half_track`` [m], ``slope_deg`` and ``downhill_deg`` [°].
     shapes : sequence of Shape or None
         The robot's shapes; None = a plain disc robot.
 
@@ -75,7 +75,9 @@ def write(
             _write(part, tracks, info, shapes)
         if not part.is_file() or part.stat().st_size == 0:
             switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
-            raise RecordingError(f"Rerun wrote nothing to {path}{switch}; unset RERUN or run without recordings")
+            raise RecordingError(
+                f"Rerun wrote nothing to {path}{switch}; unset RERUN or run without recordings"
+            )
         os.replace(part, path)
     except OSError as error:
         raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
@@ -95,7 +97,7 @@ def _write(part: Path, tracks: list[Track], info: Mapping[str, Any], shapes: Seq
         rec.save(part, default_blueprint=blueprint(tracks, scales, roots))
         rec.send_recording_name(world_title(info))
         rec.send_property("run", rr.AnyValues(drop_untyped_nones=True, **_properties(tracks, info)))
-        log_world(rec, tracks)
+        log_world(rec, tracks, info)
         strides = {}
         for order, track in enumerate(tracks):
             label = track.info.label
@@ -113,13 +115,13 @@ def _log_events(rec: rr.RecordingStream, root: str, track: Track) -> None:
     columns = rr.TextLog.columns(
         text=[event.text for event in found],
         level=[event.level for event in found],
-        color=[LEVEL_COLOURS[event.level] for event in found],
+        color=np.array([LEVEL_COLOURS[event.level] for event in found], dtype=np.uint32),
     )
     rec.send_columns(f"{root}/events", [times], columns, strict=True)
 
 
 def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, Any]:
-    """What `rerun server -d sweep=FOLDER` shows as columns: the world, then each run's metrics."""
+    """Return what `rerun server -d sweep=FOLDER` shows as columns: the world, then each run's metrics."""
     properties: dict[str, Any] = {"scenario": str(info.get("scenario") or "")}
     for key in ("scenario_id", "model_id", "seed"):
         if info.get(key) is not None:

@@ -13,7 +13,7 @@ from slipctl.view.colours import Rgb, darker
 
 WHEEL_RADIUS = 0.0825  # m, Table II of Ryu & Agrawal; used where the plant does not say
 HALF_TRACK = 0.1624  # m, likewise
-FILL = "transparentfillmajorwireframe"
+FILL = "solid"
 AXLE_ALONG_Y = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)  # w, x, y, z: turns a cylinder's axis from z to y
 
 
@@ -49,11 +49,12 @@ def disc_robot(wheel_radius: float = WHEEL_RADIUS, half_track: float = HALF_TRAC
 def log_shapes(rec: rr.RecordingStream, parent: str, shapes: Sequence[Shape], body: str, colour: Rgb) -> None:
     """Write the shapes of one body as static entities below `parent`.
 
-    Shapes that the model paints in a colour take the colour of the run, greys stay: the tyres remain black,
-    the spokes white. Kinds that have no picture (planes, meshes) are left out.
+    Shapes that the model paints in a colour take the colour of the run and black parts of the base a dark
+    shade of it; the rest stays: black tyres, white spokes. Kinds that have no picture (planes, meshes) are
+    left out.
     """
     for number, shape in enumerate(shape for shape in shapes if shape.body == body):
-        archetype = _archetype(shape, _tint(shape.rgba, colour))
+        archetype = _archetype(shape, _tint(shape, colour))
         if archetype is not None:
             rec.log(f"{parent}/shape_{number}", archetype, static=True, strict=True)
 
@@ -64,18 +65,25 @@ def xyzw(quaternion: Any) -> np.ndarray:
 
 
 def _shape(
-    body: str, kind: str, size: list[float], position: list[float], rgba: tuple, quaternion: tuple = (1, 0, 0, 0)
+    body: str,
+    kind: str,
+    size: list[float],
+    position: list[float],
+    rgba: tuple,
+    quaternion: tuple = (1, 0, 0, 0),
 ) -> Shape:
-    arrays = (np.array(values, dtype=np.float64) for values in (size, position, quaternion, rgba))
-    return Shape(body, kind, *arrays)
+    numbers = [np.array(values, dtype=np.float64) for values in (size, position, quaternion, rgba)]
+    return Shape(body, kind, numbers[0], numbers[1], numbers[2], numbers[3])
 
 
-def _tint(rgba: np.ndarray, colour: Rgb) -> Rgb:
-    red, green, blue = (float(part) for part in rgba[:3])
-    spread, value = max(red, green, blue) - min(red, green, blue), max(red, green, blue)
-    if spread < 0.15:
-        return round(255 * red), round(255 * green), round(255 * blue)
-    return darker(colour, 0.45 * (1 - value)) if value < 0.75 else colour
+def _tint(shape: Shape, colour: Rgb) -> Rgb:
+    red, green, blue = (float(part) for part in shape.rgba[:3])
+    value = max(red, green, blue)
+    if value - min(red, green, blue) >= 0.15:
+        return colour
+    if shape.body == "base" and value < 0.3:
+        return darker(colour, 0.6)  # seen from above, too, one knows whose robot it is
+    return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def _archetype(shape: Shape, colour: Rgb) -> rr.AsComponents | None:
@@ -96,7 +104,9 @@ def _archetype(shape: Shape, colour: Rgb) -> rr.AsComponents | None:
         case "capsule":
             # Rerun's capsule grows from its origin along z, MuJoCo's is centred
             start = center[0] - _rotate(shape.quaternion, np.array([0.0, 0.0, size[1]]))
-            return rr.Capsules3D(lengths=[2 * size[1]], radii=[size[0]], translations=[start], **pose, **solid)
+            return rr.Capsules3D(
+                lengths=[2 * size[1]], radii=[size[0]], translations=[start], **pose, **solid
+            )
     return None
 
 
@@ -104,5 +114,3 @@ def _rotate(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
     scalar, axis = float(quaternion[0]), np.asarray(quaternion[1:], dtype=np.float64)
     twice = 2 * np.cross(axis, vector)
     return vector + scalar * twice + np.cross(axis, twice)
-
-

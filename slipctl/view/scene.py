@@ -15,11 +15,13 @@ from slipctl.view.framing import scene_box
 from slipctl.view.robot import HALF_TRACK, WHEEL_RADIUS, disc_robot, log_shapes, xyzw
 from slipctl.view.tracks import SCENE_RATE, TRAIL_PIECES, Array, Track, kept, nanoseconds, nice, stride
 
-ARROW = 0.35  # m, the length that the 99 % quantile of a vector gets at most
-TRACTION = (0x56, 0xB4, 0xE9)
+ARROW = 0.5  # m, the length that the 95 % quantile of a vector gets at most
+GRIPS: Rgb = (0x56, 0xB4, 0xE9)
+SLIDES: Rgb = (0xF0, 0xE4, 0x42)
 GRID = 0.5  # m
 FLOOR: Rgb = (0x22, 0x26, 0x2B)
 LINES: Rgb = (0x4A, 0x50, 0x57)
+NESTING = 0.06  # share by which each further robot is drawn slimmer: coinciding robots all show
 ABOVE_FLOOR = 0.004  # m, so that lines and floor do not flicker
 
 
@@ -40,29 +42,48 @@ class Scales:
 
 
 def choose_scales(tracks: Sequence[Track]) -> Scales:
-    """Choose round scales so that the arrows of the 99 % quantile are at most 0.35 m long."""
-    slips = [np.hypot(track.values("slip.longitudinal"), track.values("slip.lateral")) for track in tracks
-             if track.has("slip.longitudinal", "slip.lateral")]
-    forces = [np.hypot(track.values(f"wheel.longitudinal_force.{side}"), track.values(f"wheel.lateral_force.{side}"))
-              for track in tracks for side in ("left", "right") if track.has(*_force_columns(side))]
+    """Choose round scales so that the arrow of the 95 % quantile is at most 0.5 m long."""
+    slips = [
+        np.hypot(track.values("slip.longitudinal"), track.values("slip.lateral"))
+        for track in tracks
+        if track.has("slip.longitudinal", "slip.lateral")
+    ]
+    forces = [
+        np.hypot(
+            track.values(f"wheel.longitudinal_force.{side}"), track.values(f"wheel.lateral_force.{side}")
+        )
+        for track in tracks
+        for side in ("left", "right")
+        if track.has(*_force_columns(side))
+    ]
     slip = nice(np.clip(ARROW / max(_quantile(slips), 1e-9), 0.05, 20.0))
     traction = None if not forces else 1 / nice(np.clip(ARROW / max(_quantile(forces), 1e-9), 1e-4, 0.2))
     return Scales(slip, traction)
 
 
-def log_world(rec: rr.RecordingStream, tracks: Sequence[Track]) -> None:
+def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[str, Any]) -> None:
     """Write what all runs share: the axes, the reference path and the moving reference."""
     rec.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True, strict=True)
     low, high = scene_box(tracks)
     low, high = (np.floor((low - 1) / GRID) * GRID, np.ceil((high + 1) / GRID) * GRID)
-    floor = rr.Boxes3D(
-        mins=[[*low, -0.02]], sizes=[[*(high - low), 0.02]], colors=[FLOOR], fill_mode="solid"
-    )
+    floor = rr.Boxes3D(mins=[[*low, -0.02]], sizes=[[*(high - low), 0.02]], colors=[FLOOR], fill_mode="solid")
     rec.log("/ground/floor", floor, static=True, strict=True)
     along_y = [[[x, low[1], 0.001], [x, high[1], 0.001]] for x in np.arange(low[0], high[0] + GRID / 2, GRID)]
     along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
     lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=[rr.Radius.ui_points(0.6)])
     rec.log("/ground/grid", lines, static=True, strict=True)
+    if info.get("slope_deg"):
+        angle = np.radians(float(info.get("downhill_deg") or 0.0))
+        start = [*((low + high) / 2 - 0.4 * (high - low) * [np.cos(angle), np.sin(angle)]), 0.02]
+        arrow = rr.Arrows3D(
+            origins=[start],
+            vectors=[[0.5 * np.cos(angle), 0.5 * np.sin(angle), 0.0]],
+            colors=[lighter(REFERENCE)],
+            radii=[0.008],
+            labels=[f"downhill {info['slope_deg']:g}°"],
+            show_labels=True,
+        )
+        rec.log("/ground/downhill", arrow, static=True, strict=True)
     longest = max(tracks, key=lambda track: track.time[-1])
     if not longest.has("reference.position.x", "reference.position.y"):
         return
@@ -119,11 +140,14 @@ def log_run(
         strict=True,
     )
     shapes = disc_robot(radius, half_track) if shapes is None else shapes
-    log_shapes(rec, base, shapes, "base", colour)
+    slim = 1 - NESTING * order
+    body = rr.Transform3D(scale=[slim, slim, 1.0], translation=[0.0, 0.0, 0.003 * order])
+    rec.log(f"{base}/body", body, static=True, strict=True)
+    log_shapes(rec, f"{base}/body", shapes, "base", colour)
     for place, (side, sign) in enumerate((("left", 1), ("right", -1))):
         wheel = f"{base}/{side}_wheel"
         angle = _wheel_angles(track)[rows, place]
-        axle = np.array([0.0, sign * half_track, radius - pose[rows[0], 2]])
+        axle = np.array([0.0, sign * half_track, 0.0])
         rec.send_columns(
             wheel,
             times,
@@ -140,7 +164,7 @@ def log_run(
 
 
 def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, order: int) -> None:
-    """A name above the robot that says how the run ended, once it has."""
+    """Write a name above the robot that says how the run ended, once it has."""
     names, at = [track.name], [float(track.time[0])]
     if track.info.status != "completed":
         names.append(f"{track.name}: {track.info.status.replace('_', ' ')}")
@@ -161,19 +185,30 @@ def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, or
 def _log_trail(
     rec: rr.RecordingStream, trail: str, track: Track, positions: Array, rows: Any, colour: Rgb, order: int
 ) -> None:
-    """A trail that grows: each row is the piece since the row before; the view shows all pieces until now."""
+    """Write a trail that grows: each row is the piece since the row before, the view shows all until now."""
     ground = _at_height(positions[rows], ABOVE_FLOOR * (2 + order))
     ends = np.unique(np.linspace(0, len(rows) - 1, min(TRAIL_PIECES, len(rows))).round().astype(int))[1:]
     if len(ends) == 0:
         return
     pieces = [ground[first : last + 1] for first, last in zip([0, *ends[:-1]], ends, strict=True)]
-    rec.log(trail, rr.LineStrips3D.from_fields(colors=[colour], radii=[0.008]), static=True, strict=True)
+    rec.log(
+        trail,
+        rr.LineStrips3D.from_fields(colors=[colour], radii=[max(0.011 - 0.004 * order, 0.003)]),
+        static=True,
+        strict=True,
+    )
     times = [rr.TimeColumn("sim_time", duration=nanoseconds(track.time[rows[ends]]))]
     rec.send_columns(trail, times, rr.LineStrips3D.columns(strips=pieces), strict=True)
 
 
 def _log_arrows(
-    rec: rr.RecordingStream, base: str, track: Track, rows: Any, scales: Scales, half_track: float, floor: Array
+    rec: rr.RecordingStream,
+    base: str,
+    track: Track,
+    rows: Any,
+    scales: Scales,
+    half_track: float,
+    floor: Array,
 ) -> None:
     times = [rr.TimeColumn("sim_time", duration=nanoseconds(track.time[rows]))]
     if track.has("slip.longitudinal", "slip.lateral"):
@@ -188,11 +223,14 @@ def _log_arrows(
             continue
         force = np.stack([track.values(name) for name in _force_columns(side)], axis=1)[rows]
         arrow = f"{base}/arrows/traction_{side}"
-        style = rr.Arrows3D.from_fields(colors=[TRACTION], radii=[0.010])
+        style = rr.Arrows3D.from_fields(radii=[0.010])
         rec.log(arrow, style, static=True, strict=True)
         origins = np.stack([0 * floor, 0 * floor + sign * (half_track + 0.05), floor + 0.015], axis=1)
         vectors = _at_height(np.nan_to_num(force) / scales.traction, 0.0)
-        columns = rr.Arrows3D.columns(vectors=vectors, origins=origins)
+        name = f"wheel.sliding.{side}"
+        slides = track.values(name)[rows] > 0 if track.has(name) else np.zeros(len(rows), dtype=bool)
+        colours = np.where(slides[:, None], SLIDES, GRIPS).astype(np.uint8)
+        columns = rr.Arrows3D.columns(vectors=vectors, origins=origins, colors=colours)
         rec.send_columns(arrow, times, columns, strict=True)
 
 
@@ -227,6 +265,4 @@ def _at_height(points: Array, height: float) -> Array:
 def _quantile(parts: list[Array]) -> float:
     values = np.concatenate(parts) if parts else np.zeros(0)
     values = values[np.isfinite(values)]
-    return float(np.quantile(values, 0.99)) if len(values) else 0.0
-
-
+    return float(np.quantile(values, 0.95)) if len(values) else 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipctl.view.colours import Rgb
 from slipctl.view.content import world_title
-from slipctl.view.scene import Scales
+from slipctl.view.scene import NESTING, Scales
 from slipctl.view.tracks import PLOT_RATE, SCENE_RATE, Track
 
 HIGHER_IS_BETTER = ("guarantee_fraction", "min_forward_speed")
@@ -40,14 +40,27 @@ def markdown(
         lines += [str(info["description"]), ""]
     lines += [*_metrics_table(tracks, info.get("units") or {}), ""]
     lines += ["## Reading the pictures", ""]
-    lines.append("* " + ", ".join(f"{_colour_word(colours[track.info.label])}: {track.name}" for track in tracks))
-    lines.append("* grey: the reference; the pole with a ball is where the robot should be now")
-    lines += [f"* {text}" for text in arrow_words(scales)]
+    lines.append(
+        "* Colours: "
+        + ", ".join(f"{_colour_word(colours[track.info.label])}: {track.name}" for track in tracks)
+    )
+    lines.append("* Grey is the reference; the pole with a ball is where the robot should be now")
+    lines += [f"* {text[0].upper()}{text[1:]}" for text in arrow_words(scales)]
     lines += ["* Lateral slip is positive to the right; the lateral force is positive to the left"]
-    lines += ["* Wide pale lines: what was commanded, or a bound; thin lines: what happened", ""]
+    lines += ["* Wide pale lines are bounds; of the wheel rates the wide line is what happened, the thin one"]
+    lines += ["  what was commanded"]
+    if len(tracks) > 1:
+        lines += [
+            f"* Each further robot is drawn {NESTING:.0%} slimmer, so that robots in the same place all show"
+        ]
+    lines += [""]
     lines += ["## Rows kept", ""]
     for label, step in strides.items():
-        share = "every row" if step == 1 else f"every {step}th row and the last (more than {PLOT_RATE:.0f} a second)"
+        share = (
+            "every row"
+            if step == 1
+            else f"every {step}th row and the last (more than {PLOT_RATE:.0f} a second)"
+        )
         lines.append(f"* {label}: {share}, values bit for bit")
     lines += [f"* 3D at {SCENE_RATE:.0f} rows a second at most, in single precision", ""]
     lines += ["## Identity", ""]
@@ -62,7 +75,7 @@ def arrow_words(scales: Scales) -> list[str]:
     """Return the scales of the arrows in words, for the page and for the names of views."""
     words = [f"slip arrow {scales.slip:g} m per m/s"]
     if scales.traction is not None:
-        words.append(f"traction arrow 1 m per {scales.traction:g} N")
+        words.append(f"traction arrow 1 m per {scales.traction:g} N (yellow: slides)")
     return words
 
 

@@ -1,0 +1,186 @@
+"""Many recordings: in this process while they are few, in recycled worker processes beyond."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from slipctl.tick import Shape
+from slipctl.view.content import RecordingError, RunInfo, WorldRecording
+
+IN_PROCESS = 24  # worlds per process: every recording leaves 2 to 4 threads behind until its process ends
+
+Progress = Callable[[int, int], None]
+
+
+def write_all(
+    folder: Path,
+    signals: pa.Table | Path,
+    worlds: Sequence[WorldRecording],
+    shapes: Sequence[Shape] | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write one recording per world into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where ``world.file`` is written.
+    signals : pyarrow.Table or Path
+        The signals of all runs, or the Parquet file that holds them (then only one world's rows are in
+        memory at a time; it is fast where every run is a row group).
+    worlds : sequence of WorldRecording
+        What to write.
+    shapes : sequence of Shape or None
+        The robot's shapes; None = a plain disc robot.
+    threads : int or None
+        Worker processes at a time, used beyond 24 worlds; None = the machine's cores, at most 4.
+    progress : callable or None
+        Called with recordings done and recordings in all.
+
+    Returns
+    -------
+    list of Path
+        In the order of `worlds`.
+
+    Raises
+    ------
+    RecordingError
+        A recording could not be written; those written before remain.
+    """
+    tell = progress or (lambda done, total: None)
+    if len(worlds) <= IN_PROCESS:
+        return _write_here(folder, signals, worlds, shapes, tell)
+    workers = threads or min(os.cpu_count() or 1, 4)
+    with tempfile.TemporaryDirectory(prefix=".view-", dir=folder) as scratch:
+        if isinstance(signals, pa.Table):
+            source = Path(scratch) / "signals.parquet"
+            rows = max(1, signals.num_rows // (len(worlds) * len(worlds[0].runs)))
+            pq.write_table(signals, source, row_group_size=rows)
+        else:
+            source = signals
+        jobs = []
+        for start in range(0, len(worlds), IN_PROCESS):
+            job = Path(scratch) / f"job-{start}.json"
+            job.write_text(_encode(folder, source, worlds[start : start + IN_PROCESS], shapes))
+            jobs.append((job, len(worlds[start : start + IN_PROCESS])))
+        _work(jobs, workers, tell, len(worlds))
+    return [folder / world.file for world in worlds]
+
+
+def run_job(job: Path) -> None:
+    """Write the recordings of a job file; what a worker process does."""
+    content = json.loads(job.read_text())
+    shapes = content["shapes"]
+    worlds = [
+        WorldRecording(world["file"], tuple(RunInfo(**run) for run in world["runs"]), world["info"])
+        for world in content["worlds"]
+    ]
+    _write_here(
+        Path(content["folder"]),
+        Path(content["signals"]),
+        worlds,
+        None if shapes is None else [_shape(shape) for shape in shapes],
+        lambda done, total: None,
+    )
+
+
+def _write_here(
+    folder: Path,
+    signals: pa.Table | Path,
+    worlds: Sequence[WorldRecording],
+    shapes: Sequence[Shape] | None,
+    tell: Progress,
+) -> list[Path]:
+    from slipctl.view.recording import write
+
+    written = []
+    for world in worlds:
+        runs = [run.run for run in world.runs]
+        rows = pq.read_table(signals, filters=[("run", "in", runs)]) if isinstance(signals, Path) else signals
+        written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
+        tell(len(written), len(worlds))
+    return written
+
+
+def _work(jobs: Sequence[tuple[Path, int]], workers: int, tell: Progress, total: int) -> None:
+    """Keep `workers` processes busy; whatever happens, none is left behind."""
+    paths = os.pathsep.join(path for path in sys.path if path)
+    environment = {**os.environ, "PYTHONPATH": paths}  # a worker finds what this process found
+    waiting, done = list(jobs), 0
+    with ExitStack() as stack:
+        active: list[tuple[subprocess.Popen[str], int]] = []
+        while waiting or active:
+            while waiting and len(active) < workers:
+                job, count = waiting.pop(0)
+                command = [sys.executable, "-m", "slipctl.view", str(job)]
+                process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+                stack.callback(_stop, process)
+                active.append((process, count))
+            finished = [pair for pair in active if pair[0].poll() is not None]
+            for pair in finished:
+                active.remove(pair)
+                process, count = pair
+                complaint = process.communicate()[1].strip()
+                if process.returncode != 0:
+                    lines = complaint.splitlines()
+                    raise RecordingError(lines[-1] if lines else f"a worker ended with {process.returncode}")
+                done += count
+                tell(done, total)
+            if not finished:
+                time.sleep(0.02)
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    if process.poll() is None:
+        process.terminate()
+        process.wait()
+
+
+def _encode(
+    folder: Path, signals: Path, worlds: Sequence[WorldRecording], shapes: Sequence[Shape] | None
+) -> str:
+    content = {
+        "folder": str(folder.resolve()),
+        "signals": str(signals.resolve()),
+        "shapes": None if shapes is None else [vars(shape) for shape in shapes],
+        "worlds": [
+            {
+                "file": world.file,
+                "runs": [{**vars(run), "metrics": dict(run.metrics)} for run in world.runs],
+                "info": dict(world.info),
+            }
+            for world in worlds
+        ],
+    }
+    return json.dumps(content, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, tuple | dict):
+        return value
+    return str(value)
+
+
+def _shape(fields: dict[str, Any]) -> Shape:
+    return Shape(
+        **{
+            key: np.array(value, dtype=np.float64) if isinstance(value, list) else value
+            for key, value in fields.items()
+        }
+    )
