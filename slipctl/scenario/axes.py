@@ -27,7 +27,11 @@ AXES_SCHEMA = {
                 "required": ["from", "to", "count"],
                 "additionalProperties": False,
             },
-            {"type": "object", "description": "A table of the scenario, with the keys of it to vary"},
+            {
+                "type": "object",
+                "description": "A table of the scenario, with the keys of it to vary",
+                "additionalProperties": {"anyOf": [{"type": "array"}, {"type": "object"}]},
+            },
         ]
     },
 }

@@ -77,7 +77,10 @@ def _extra(path: Path, raw: Any) -> Problem:
     if owners:
         own = lookup(raw, *path[:-1], "kind")
         return Problem(key, f"a key of {' and '.join(owners)}, which {own} would ignore", ", ".join(valid))
-    return Problem(key, "an unknown key", ", ".join(valid), nearest(name, valid) or _elsewhere(name))
+    # Of equally near names the one that the table does not have yet is meant.
+    given = lookup(raw, *path[:-1]) or ()
+    likely = sorted(valid, key=lambda other: other in given)
+    return Problem(key, "an unknown key", ", ".join(valid), nearest(name, likely) or _elsewhere(name))
 
 
 def _elsewhere(name: str) -> str | None:

@@ -33,7 +33,7 @@ def template(like: str, name: str) -> str:
     ScenarioError
         If there is no scenario `like`, or the name cannot be one.
     """
-    if not re.match(NAME_PATTERN, name):
+    if not re.fullmatch(NAME_PATTERN, name):
         valid = allowed("name", Scenario.model_fields["name"])
         raise ScenarioError(name, [Problem("name", quote(name), valid)])
     scenario = load(like)
