@@ -1,6 +1,7 @@
 """Single keys: every wrong one is named, with what stands there and what may."""
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
@@ -14,7 +15,7 @@ DOCUMENTS = st.sampled_from([PAPER, {key: value for key, value in EIGHT.items() 
 
 
 @st.composite
-def leaf_of_a_document(draw, kind=object):
+def leaf_of_a_document(draw, kind: Any = object):
     document = draw(DOCUMENTS)
     return document, draw(st.sampled_from([leaf for leaf in leaves(document) if _is(leaf[1], kind)]))[0]
 

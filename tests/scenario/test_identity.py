@@ -2,6 +2,7 @@
 
 import json
 import random
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -26,7 +27,7 @@ def identity(document):
     return scenario_id(read(document))
 
 
-def shuffled(table, seed):
+def shuffled(table: Any, seed: int) -> Any:
     if isinstance(table, dict):
         items = [(key, shuffled(value, seed)) for key, value in table.items()]
         random.Random(seed).shuffle(items)
