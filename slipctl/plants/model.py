@@ -220,7 +220,7 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
     Raises
     ------
     ModelError
-        If the robot does not come to rest on both wheels.
+        If the robot does not come to rest on both wheels, or its friction would be unstable at the timestep.
     """
     data = mujoco.MjData(model)
     steps = round(duration / model.opt.timestep)
@@ -252,6 +252,12 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
         raise ModelError(
             "the tyre pairs need solreffriction in the direct format: -1e-9 and minus b_t times d"
         )
+    rate = -friction_damping / float(pair.solimp[1])
+    if rate * model.opt.timestep >= 2.0:
+        raise ModelError(
+            f"a physics step of {model.opt.timestep} s is too long for tyres that take slip away "
+            f"at {rate:.0f}/s; it must stay below {2.0 / rate:g} s"
+        )
     apart = np.asarray(data.body("left_wheel").xpos - data.body("right_wheel").xpos)
     return Standstill(
         height=float(data.qpos[root + 2]),
@@ -260,7 +266,7 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
         half_track=round(float(np.sqrt((apart * apart).sum())) / 2.0, 9),
         tyre=Tyre(
             softness=np.array(softness),
-            rate=-friction_damping / float(pair.solimp[1]),
+            rate=rate,
             impedance=impedance,
             impratio=float(model.opt.impratio),
         ),

@@ -157,6 +157,7 @@ class MujocoPlant:
         rows[:, columns.yaw_rate] = start.yaw_rate + slip.yaw
         wheel_rate = self._wheels.wheel_rates(start.forward_speed, start.yaw_rate)
         rows[:, columns.wheel_rate] = wheel_rate
+        rows[:, columns.control] = wheel_rate
 
         state = MujocoState(rows, np.empty(0), 0.0, np.zeros(len(rows), dtype=np.int8))
         self._load(state, wheel_rate, tick=0.0)
@@ -169,7 +170,9 @@ class MujocoPlant:
 
     def details(self, state: MujocoState) -> tuple[BodyPose, WheelContact]:
         """Return the poses, and the wheels' forces over the last physics step (at the start: the first)."""
-        return self._columns.pose(state.rows), self._columns.contact(state.sensors, self.ground.friction)
+        return self._columns.pose(state.rows), self._columns.contact(
+            state.rows, state.sensors, self.ground.friction
+        )
 
     def step(self, state: MujocoState, command: Command, tick: float) -> MujocoState:
         """Return the state one tick [s] later; worlds that ended stay as they are.
@@ -231,7 +234,7 @@ def _columns(batch: Batch) -> Columns:
         view, state = batch.bind(name), batch.state
         return (view.ctypes.data - state.ctypes.data) // state.itemsize
 
-    return Columns.of(batch.model, offset("qpos"), offset("qvel"))
+    return Columns.of(batch.model, offset("qpos"), offset("qvel"), offset("ctrl"))
 
 
 def _ahead(motion: Motion, time: float) -> tuple[Array, Array]:
