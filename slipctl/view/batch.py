@@ -66,12 +66,10 @@ def write_all(
         return _write_here(folder, signals, worlds, shapes, tell)
     workers = threads or min(os.cpu_count() or 1, 4)
     with tempfile.TemporaryDirectory(prefix=".view-", dir=folder) as scratch:
-        if isinstance(signals, pa.Table):
-            source = Path(scratch) / "signals.parquet"
-            rows = max(1, signals.num_rows // (len(worlds) * len(worlds[0].runs)))
+        source = signals if isinstance(signals, Path) else Path(scratch) / "signals.parquet"
+        if not isinstance(signals, Path):
+            rows = max(1, len(signals) // sum(len(world.runs) for world in worlds))
             pq.write_table(signals, source, row_group_size=rows)
-        else:
-            source = signals
         jobs = []
         for start in range(0, len(worlds), IN_PROCESS):
             job = Path(scratch) / f"job-{start}.json"
@@ -178,9 +176,7 @@ def _plain(value: Any) -> Any:
 
 
 def _shape(fields: dict[str, Any]) -> Shape:
-    return Shape(
-        **{
-            key: np.array(value, dtype=np.float64) if isinstance(value, list) else value
-            for key, value in fields.items()
-        }
+    size, position, quaternion, rgba = (
+        np.array(fields[name], dtype=np.float64) for name in ("size", "position", "quaternion", "rgba")
     )
+    return Shape(fields["body"], fields["kind"], size, position, quaternion, rgba)

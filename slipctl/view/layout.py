@@ -37,7 +37,7 @@ def blueprint(
     scene = "3D · grid 0.5 m"
     overview = rrb.Horizontal(
         _scene_view(scene, tracks, roots, above=False),
-        rrb.Vertical(
+        _column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view(
                 "Inputs: nominal |v̂|, robust |Δv| [m/s²]",
@@ -60,7 +60,7 @@ def blueprint(
     )
     tracking = rrb.Horizontal(
         _scene_view("From above · grid 0.5 m", tracks, roots, above=True),
-        rrb.Vertical(
+        _column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view("Cross-track error [m]", ["error.cross_track"], settled=True),
             plots.view("Heading error [rad]", ["error.heading"], settled=True),
@@ -118,9 +118,8 @@ def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int
         ),
     )
     name = "Slip & wheels" if count == 1 else f"Slip & wheels · {track.name}"
-    shown = [view for view in views if view is not None]
-    column = rrb.Vertical(contents=shown, row_shares=[1.5, *(1 for _ in shown[1:])])
-    left = camera
+    column = _column(*views, first=1.5)
+    left: rrb.Container | rrb.View = camera
     if states:
         lanes = rrb.StateTimelineView(contents=states, name="Wheels, command, guarantee")
         left = rrb.Vertical(camera, lanes, row_shares=[2.6, 1])
@@ -155,7 +154,13 @@ def _scene_view(
     )
 
 
-def _growing(roots: Iterable[str]) -> dict[str, Any]:
+def _column(*views: rrb.TimeSeriesView | None, first: float = 1.0) -> rrb.Vertical:
+    """Stack the views there are; the uppermost gets `first` times the height of the others."""
+    shown = [view for view in views if view is not None]
+    return rrb.Vertical(contents=shown, row_shares=[first, *(1.0 for _ in shown[1:])])
+
+
+def _growing(roots: Iterable[str]) -> dict[Any, Any]:
     """Show every piece of a trail up to the cursor."""
     until_now = rrb.VisibleTimeRanges(
         timeline="sim_time",

@@ -13,7 +13,6 @@ from slipctl.view.colours import Rgb, darker
 
 WHEEL_RADIUS = 0.0825  # m, Table II of Ryu & Agrawal; used where the plant does not say
 HALF_TRACK = 0.1624  # m, likewise
-FILL = "solid"
 AXLE_ALONG_Y = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)  # w, x, y, z: turns a cylinder's axis from z to y
 
 
@@ -89,24 +88,21 @@ def _tint(shape: Shape, colour: Rgb) -> Rgb:
 def _archetype(shape: Shape, colour: Rgb) -> rr.AsComponents | None:
     """Translate one shape; sizes are half lengths and radii as in MJCF, Rerun wants whole lengths."""
     size = [float(part) for part in shape.size]
-    pose: dict[str, Any] = {"quaternions": [xyzw(shape.quaternion)], "colors": [colour]}
+    pose: dict[str, Any] = {"quaternions": [xyzw(shape.quaternion)], "colors": [colour], "fill_mode": "solid"}
     center = [np.asarray(shape.position, dtype=np.float64)]
-    solid = {"fill_mode": FILL}
     match shape.kind:
         case "box":
-            return rr.Boxes3D(half_sizes=[size], centers=center, **pose, **solid)
+            return rr.Boxes3D(half_sizes=[size], centers=center, **pose)
         case "cylinder":
-            return rr.Cylinders3D(lengths=[2 * size[1]], radii=[size[0]], centers=center, **pose, **solid)
+            return rr.Cylinders3D(lengths=[2 * size[1]], radii=[size[0]], centers=center, **pose)
         case "sphere":
-            return rr.Ellipsoids3D(radii=[size[0]], centers=center, **pose, **solid)
+            return rr.Ellipsoids3D(radii=[size[0]], centers=center, **pose)
         case "ellipsoid":
-            return rr.Ellipsoids3D(half_sizes=[size], centers=center, **pose, **solid)
+            return rr.Ellipsoids3D(half_sizes=[size], centers=center, **pose)
         case "capsule":
             # Rerun's capsule grows from its origin along z, MuJoCo's is centred
             start = center[0] - _rotate(shape.quaternion, np.array([0.0, 0.0, size[1]]))
-            return rr.Capsules3D(
-                lengths=[2 * size[1]], radii=[size[0]], translations=[start], **pose, **solid
-            )
+            return rr.Capsules3D(lengths=[2 * size[1]], radii=[size[0]], translations=[start], **pose)
     return None
 
 

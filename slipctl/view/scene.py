@@ -70,7 +70,7 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
     rec.log("/ground/floor", floor, static=True, strict=True)
     along_y = [[[x, low[1], 0.001], [x, high[1], 0.001]] for x in np.arange(low[0], high[0] + GRID / 2, GRID)]
     along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
-    lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=[rr.Radius.ui_points(0.6)])
+    lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=rr.Radius.ui_points([0.6]))
     rec.log("/ground/grid", lines, static=True, strict=True)
     if info.get("slope_deg"):
         angle = np.radians(float(info.get("downhill_deg") or 0.0))

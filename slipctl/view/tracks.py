@@ -101,7 +101,7 @@ def read_tracks(signals: pa.Table, runs: Sequence[RunInfo]) -> list[Track]:
     names = short_labels(labels)
     tracks = []
     for run in runs:
-        rows = signals.filter(pc.equal(signals["run"], run.run))
+        rows = signals.filter(pc.field("run") == run.run)
         if len(rows) == 0:
             raise RecordingError(f"the signals have no rows of run {run.run} ({run.label})")
         tracks.append(Track(run, names[run.label], rows, _floats(rows["time"]), units))

@@ -19,7 +19,7 @@ def signals(
     grip: float = 0.6,
 ) -> pa.Table:
     """A figure-eight of 2 m, driven with a decaying error and an episode of slip in the middle."""
-    t = np.arange(round(duration / tick) + 1) * tick
+    t: Array = np.arange(round(duration / tick) + 1, dtype=np.float64) * tick
     rate = 2 * np.pi / duration
     phase = rate * t
     path = np.stack([np.sin(phase), 0.5 * np.sin(2 * phase)])
