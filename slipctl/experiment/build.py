@@ -107,7 +107,7 @@ def batch_key(world: World) -> tuple:
 def references(worlds: Sequence[World]) -> Reference:
     """Return the reference of every row, arrays (T + 1, N, 2)."""
     first = worlds[0].scenario
-    times = np.arange(tick_count(first) + 1) * first.tick
+    times = np.arange(tick_count(first) + 1, dtype=np.float64) * first.tick
     planned = _plan(worlds).at(times)
 
     def by_row(vector: Array) -> Array:

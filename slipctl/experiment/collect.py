@@ -54,9 +54,9 @@ class Collector:
         import pyarrow.parquet as pq
 
         if self._writer is None:
-            # byte stream split packs floating point well, a dictionary does not
+            # no dictionary: measured values hardly ever repeat
             self._writer = pq.ParquetWriter(
-                self.folder / SIGNALS, table.schema, compression="zstd", use_dictionary=["run"]
+                self.folder / SIGNALS, table.schema, compression="zstd", use_dictionary=False
             )
         self._writer.write_table(table, row_group_size=max(1, table.num_rows))
 

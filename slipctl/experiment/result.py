@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from slipctl.experiment.batch import Run
 from slipctl.metrics import UNITS
 
@@ -55,12 +57,11 @@ class Result:
         KeyError
             Where no such run finished.
         """
-        import pyarrow.compute as pc
-
-        table = self.signals.filter(pc.equal(self.signals["run"], run))
-        if table.num_rows == 0:
+        runs = self.signals["run"].to_numpy()  # ascending
+        first, end = np.searchsorted(runs, [run, run + 1])
+        if first == end:
             raise KeyError(f"no run {run}: there are {self.metrics['run'].to_pylist()}")
-        return table
+        return self.signals.slice(first, end - first)
 
     def json(self) -> dict[str, Any]:
         """Return the machine output of `slipctl run --json`."""
