@@ -6,7 +6,7 @@ import importlib.util
 import os
 import subprocess
 import sys
-import time
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -45,26 +45,23 @@ def open_paths(paths: Sequence[Path], wait: bool = False) -> None:
             f"Copy the recording to a machine with a screen and open it there: rerun {recordings[0]}"
         )
     command = [str(viewer_program()), "--hide-welcome-screen", *(str(file.resolve()) for file in recordings)]
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
-    if wait:
-        complaint = process.communicate()[1]
-        if process.returncode != 0:
-            raise ViewerError(_ended(process.returncode, complaint))
-        return
-    deadline = time.monotonic() + GRACE
-    while time.monotonic() < deadline:
-        if process.poll() is not None:
-            complaint = process.communicate()[1]
-            if process.returncode != 0:
-                raise ViewerError(_ended(process.returncode, complaint))
+    # a file, not a pipe: the viewer outlives this process and would die of a pipe that nobody reads
+    with tempfile.TemporaryFile() as complaint:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=complaint,
+            start_new_session=True,
+        )
+        try:
+            status = process.wait(None if wait else GRACE)
+        except subprocess.TimeoutExpired:
             return
-        time.sleep(0.05)
+        if status != 0:
+            complaint.seek(0)
+            lines = complaint.read().decode(errors="replace").strip().splitlines()
+            raise ViewerError(f"the viewer ended with status {status}" + (f": {lines[-1]}" if lines else ""))
 
 
 def has_screen() -> bool:
@@ -89,8 +86,3 @@ def viewer_program() -> Path:
             if program.is_file():
                 return program
     raise ViewerError("the Rerun viewer is not installed; pip install rerun-sdk brings it")
-
-
-def _ended(status: int, complaint: bytes) -> str:
-    lines = complaint.decode(errors="replace").strip().splitlines()
-    return f"the viewer ended with status {status}" + (f": {lines[-1]}" if lines else "")

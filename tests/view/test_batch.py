@@ -1,0 +1,73 @@
+"""Many recordings: the same files whether this process writes them or workers do."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from slipctl.tick import Shape
+from slipctl.view import RecordingError, RunInfo, WorldRecording, batch, write_recordings
+from tests.view.reading import Recording, rrd
+from tests.view.signals import join, signals
+
+TABLE = join(*(signals(run, duration=0.5) for run in range(4)))
+SHAPES = [Shape("base", "sphere", np.array([0.1, 0, 0]), np.zeros(3), np.array([1.0, 0, 0, 0]), np.ones(4))]
+
+
+def worlds(count: int) -> list[WorldRecording]:
+    return [
+        WorldRecording(
+            f"friction-{world}.rrd",
+            tuple(
+                RunInfo(2 * world + place, label, label, metrics={"rms": np.float64(0.5)}, slip_bound=0.4)
+                for place, label in enumerate(("nominal", "robust"))
+            ),
+            {"scenario": "sweep", "varied": {"ground.friction": np.float64(world)}, "seed": np.int64(3)},
+        )
+        for world in range(count)
+    ]
+
+
+def test_workers_write_what_this_process_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet")
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    there.mkdir()
+    seen: list[tuple[int, int]] = []
+    first = write_recordings(here, TABLE, worlds(2), SHAPES)
+    monkeypatch.setattr(batch, "IN_PROCESS", 1)
+    before = threading.active_count()
+    second = write_recordings(
+        there,
+        tmp_path / "signals.parquet",
+        worlds(2),
+        SHAPES,
+        threads=2,
+        progress=lambda *now: seen.append(now),
+    )
+    assert threading.active_count() == before
+    assert [path.name for path in second] == ["friction-0.rrd", "friction-1.rrd"]
+    for one, other in zip(first, second, strict=True):
+        assert rrd("compare", one, other) == 0
+    assert rrd("compare", *second) == 1
+    assert seen[-1] == (2, 2)
+    assert sorted(path.name for path in there.iterdir()) == ["friction-0.rrd", "friction-1.rrd"]
+
+
+def test_each_world_gets_its_own_runs(tmp_path: Path) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet")
+    _, second = write_recordings(tmp_path, tmp_path / "signals.parquet", worlds(2), None)
+    _, values = Recording(second).rows("/runs/robust/error/position", "Scalars:scalars")
+    expected = signals(3, duration=0.5)["error.position"].to_pylist()
+    assert values == expected
+
+
+def test_a_worker_s_complaint_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch, "IN_PROCESS", 1)
+    with pytest.raises(RecordingError, match="no rows of run 4"):
+        write_recordings(tmp_path, TABLE, worlds(3), SHAPES, threads=1)
+    assert all(path.suffix == ".rrd" for path in tmp_path.iterdir())
