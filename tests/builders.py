@@ -71,10 +71,12 @@ def paper_slip(worlds: int = 1, fraction: float = PAPER_SLIP) -> ProportionalSli
 
 def rows_of(plan: Plan, tick: float, duration: float) -> Reference:
     """Return a plan's rows, (T + 1, N, 2), as the loop wants them."""
-    times = np.arange(round(duration / tick) + 1) * tick
-    at = plan.at(times)
-    turned = (np.ascontiguousarray(np.swapaxes(field, 0, 1)) for field in (at.position, at.velocity))
-    return Reference(*turned, np.ascontiguousarray(np.swapaxes(at.acceleration, 0, 1)))
+    at = plan.at(np.arange(round(duration / tick) + 1.0) * tick)
+    return Reference(
+        position=np.swapaxes(at.position, 0, 1).copy(),
+        velocity=np.swapaxes(at.velocity, 0, 1).copy(),
+        acceleration=np.swapaxes(at.acceleration, 0, 1).copy(),
+    )
 
 
 def planned_start(references: Reference) -> Start:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, Command
@@ -43,7 +44,7 @@ class DriveLimits:
 
     def command(
         self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float
-    ) -> tuple[Command, Array, Array]:
+    ) -> tuple[Command, Array, NDArray[np.bool_]]:
         """Turn (ū₁, ū₂) into a command within the limits.
 
         Parameters

@@ -1,5 +1,6 @@
 import functools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,14 +18,18 @@ from slipctl.theory.slip import (
     slip_terms,
     slipping_velocity,
 )
-from slipctl.tick import Motion, Slip
+from slipctl.tick import Array, Motion, Slip
 
 rates = st.floats(-5.0, 5.0)
 headings = st.floats(-math.pi, math.pi)
 
 
-def one(*values):
-    return tuple(np.array([float(value)]) for value in values)
+def lift(value) -> Array:
+    return np.array([float(value)])
+
+
+def slip_of(v_t, v_s, w_s) -> Slip:
+    return Slip(lift(v_t), lift(v_s), lift(w_s))
 
 
 def motion_of(v, w, slip, heading):
@@ -43,7 +48,7 @@ def motion_of(v, w, slip, heading):
 
 @given(rates, rates, rates, rates, rates, headings)
 def test_measured_slip_is_the_prescribed_one(v, w, v_t, v_s, w_s, heading):
-    measured = measure_slip(motion_of(*one(v, w), Slip(*one(v_t, v_s, w_s)), *one(heading)))
+    measured = measure_slip(motion_of(lift(v), lift(w), slip_of(v_t, v_s, w_s), lift(heading)))
     tolerance = 1e-15 * (1.0 + abs(v) + abs(v_t) + abs(v_s) + abs(w) + abs(w_s))
     assert measured.longitudinal[0] == pytest.approx(v_t, abs=4 * tolerance)
     assert measured.lateral[0] == pytest.approx(v_s, abs=4 * tolerance)
@@ -90,19 +95,19 @@ def test_yaw_slip_is_what_the_body_turns_more_than_the_wheels_say():
 def derived_terms():
     """Derive C and D of (32) from (29) by symbolic differentiation, as one numeric function."""
     t = sympy.Symbol("t")
-    v, heading, v_t, v_s = (sympy.Function(name)(t) for name in ("v", "h", "vt", "vs"))
+    v, heading, v_t, v_s = functions = [sympy.Function(name)(t) for name in ("v", "h", "vt", "vs")]
     u1, u2, w_s, dv_t, dv_s = sympy.symbols("u1 u2 ws dvt dvs")
     c, s = sympy.cos(heading), sympy.sin(heading)
     first = sympy.Matrix([(v + v_t) * c + v_s * s, (v + v_t) * s - v_s * c])
-    second = first.diff(t).subs(
+    second: Any = first.diff(t).subs(
         {v.diff(t): u1, heading.diff(t): u2 + w_s, v_t.diff(t): dv_t, v_s.diff(t): dv_s}
     )
     without = sympy.Matrix([[c, -v * s], [s, v * c]])
-    rest = sympy.expand(second - without * sympy.Matrix([u1, u2]))
+    rest: Any = sympy.expand(second - without * sympy.Matrix([u1, u2]))
     d_matrix = rest.jacobian([u1, u2])
     c_matrix = rest.subs({u1: 0, u2: 0})
     symbols = sympy.symbols("v_ h_ vt_ vs_")
-    plain = dict(zip((v, heading, v_t, v_s), symbols, strict=True))
+    plain: Any = dict(zip(functions, symbols, strict=True))
     return sympy.lambdify(
         [*symbols, w_s, dv_t, dv_s], [c_matrix.subs(plain), d_matrix.subs(plain)], modules="numpy"
     )
@@ -111,9 +116,12 @@ def derived_terms():
 @given(rates, headings, rates, rates, rates, rates, rates)
 def test_c_and_d_are_the_second_derivative_of_the_slipping_flat_output(v, heading, v_t, v_s, w_s, dv_t, dv_s):
     c_matrix, d_matrix = slip_terms(
-        *one(v),
-        Slip(*one(v_t, v_s, w_s)),
-        *one(dv_t, dv_s, math.cos(heading), math.sin(heading)),
+        lift(v),
+        slip_of(v_t, v_s, w_s),
+        lift(dv_t),
+        lift(dv_s),
+        lift(math.cos(heading)),
+        lift(math.sin(heading)),
     )
     c_derived, d_derived = derived_terms()(v, heading, v_t, v_s, w_s, dv_t, dv_s)
     np.testing.assert_allclose(c_matrix[0], np.ravel(c_derived), rtol=0, atol=1e-13)
@@ -139,9 +147,10 @@ def test_uncertainty_is_what_a_finite_difference_of_the_velocity_sees(seed):
     flat_input = rng.uniform(-1.0, 1.0, (1, 2))
 
     def slip(t):
-        return Slip(*one(*(amplitude * np.sin(frequency * t + phase))))
+        return slip_of(*(amplitude * np.sin(frequency * t + phase)))
 
-    u1, u2 = invert_decoupling(*one(v, math.cos(heading), math.sin(heading)), flat_input)
+    facing = lift(math.cos(heading)), lift(math.sin(heading))
+    u1, u2 = invert_decoupling(lift(v), facing[0], facing[1], flat_input)
 
     def velocity(t):
         swing = np.cos(phase[2]) - np.cos(frequency[2] * t + phase[2])  # ∫ w_s
@@ -151,9 +160,7 @@ def test_uncertainty_is_what_a_finite_difference_of_the_velocity_sees(seed):
     h = 1e-5
     seen = (velocity(h) - velocity(-h)) / (2.0 * h) - flat_input
     rate = amplitude * frequency * np.cos(phase)
-    c_matrix, d_matrix = slip_terms(
-        *one(v), slip(0.0), *one(rate[0], rate[1], math.cos(heading), math.sin(heading))
-    )
+    c_matrix, d_matrix = slip_terms(lift(v), slip(0.0), lift(rate[0]), lift(rate[1]), facing[0], facing[1])
     uncertainty = d_matrix[0] @ np.array([u1[0], u2[0]]) + c_matrix[0]
     np.testing.assert_allclose(uncertainty, seen[0], rtol=0, atol=1e-8)
     assert np.hypot(*uncertainty) > 0.05
@@ -163,10 +170,10 @@ def test_norm_of_e_is_the_slip_ratio():
     """(50): ‖D B⁻¹‖ = √(v_t² + v_s²)/|v|."""
     v, v_t, v_s, heading = 0.5, 0.1, -0.3, 1.1
     c, s = math.cos(heading), math.sin(heading)
-    d_matrix = slip_terms(*one(v), Slip(*one(v_t, v_s, 0.0)), *one(0.0, 0.0, c, s))[1][0]
+    d_matrix = slip_terms(lift(v), slip_of(v_t, v_s, 0.0), lift(0.0), lift(0.0), lift(c), lift(s))[1][0]
     inverse = np.linalg.inv([[c, -v * s], [s, v * c]])
     assert np.linalg.norm(d_matrix @ inverse, 2) == pytest.approx(math.hypot(v_t, v_s) / v, rel=1e-12)
-    assert slip_ratio(*one(v_t, v_s, v))[0] == pytest.approx(math.hypot(v_t, v_s) / v, rel=1e-15)
+    assert slip_ratio(lift(v_t), lift(v_s), lift(v))[0] == pytest.approx(math.hypot(v_t, v_s) / v, rel=1e-15)
 
 
 def test_slip_ratio_stays_finite_at_standstill_and_ignores_the_sign_of_the_speed():
