@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -193,7 +195,8 @@ class MujocoPlant:
         warned = self.batch.warning[..., 1].copy()
         good = running.copy()
         try:
-            self.batch.step(None if running.all() else running, steps)
+            with _no_log_file():
+                self.batch.step(None if running.all() else running, steps)
         except SimulationError as error:
             good[error.ids] = False
 
@@ -227,6 +230,17 @@ class MujocoPlant:
             slip = self.slip_law(state.time, motion.forward_speed)
             surface = floor_motion(slip, *_ahead(motion, 0.5 * tick))
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
+
+
+@contextmanager
+def _no_log_file() -> Iterator[None]:
+    """Keep MuJoCo from writing MUJOCO_LOG.TXT into the user's folder: the status of the world says it all."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _columns(batch: Batch) -> Columns:

@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -224,12 +225,14 @@ def test_a_state_gone_wild_diverges_and_the_others_go_on(planted: float) -> None
     assert again.rows[0].tobytes() == plant.step(calm, told, 0.01).rows[0].tobytes()
 
 
-def test_a_command_that_is_no_number_diverges() -> None:
-    """MuJoCo would put zero in its place and only warn."""
+def test_a_command_that_is_no_number_diverges(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MuJoCo would put zero in its place, warn, and leave a log file where the user stands."""
+    monkeypatch.chdir(tmp_path)
     plant = MujocoPlant.build(ground=ground(2))
     told = command(np.array([0.2, NAN]), full(2, 0.0))
     after = plant.step(plant.start(start(2)), told, 0.01)
     assert after.status.tolist() == [Status.RUNNING, Status.DIVERGED]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_engine_error_ends_its_world_only(monkeypatch: pytest.MonkeyPatch) -> None:
