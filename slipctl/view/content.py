@@ -127,6 +127,22 @@ def recording_id(info: Mapping[str, Any]) -> str:
     return "-".join(part for part in parts if part)
 
 
+def application_id(info: Mapping[str, Any]) -> str:
+    """Return the identity of a layout, the world's name first: the viewer shows only the beginning.
+
+    One per world, because cameras, axes and the scales in the names of views fit this world and no other.
+    """
+    slug, identity = world_slug(info.get("varied") or {}, "slipctl"), recording_id(info)
+    return f"{slug}-{identity.removesuffix(f'-{slug}')}"
+
+
+def recording_name(info: Mapping[str, Any]) -> str:
+    """Return the name in the viewer's list of recordings: ``friction 0.1``, or the scenario's name."""
+    varied = info.get("varied") or {}
+    words = ", ".join(f"{key.rsplit('.', 1)[-1]} {value}" for key, value in varied.items())
+    return words or str(info.get("scenario") or "slipctl")
+
+
 def world_title(info: Mapping[str, Any]) -> str:
     """Return a title a person reads: ``friction-sweep · ground.friction = 0.1``."""
     varied = ", ".join(f"{key} = {value}" for key, value in (info.get("varied") or {}).items())

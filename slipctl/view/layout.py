@@ -18,7 +18,7 @@ SKY = (0x16, 0x19, 0x1D)
 
 
 def blueprint(
-    tracks: Sequence[Track], scales: Scales, roots: Mapping[str, str], active_tab: int = 0
+    tracks: Sequence[Track], scales: Scales, roots: Mapping[str, str], sweep: bool, active_tab: int = 0
 ) -> rrb.Blueprint:
     """Return the layout of one world.
 
@@ -30,6 +30,8 @@ def blueprint(
         Said in the names of the 3D views.
     roots : mapping
         Entity of each label.
+    sweep : bool
+        Whether there are other worlds to switch to.
     active_tab : int
         The tab that is open at first.
     """
@@ -82,7 +84,8 @@ def blueprint(
     )
     return rrb.Blueprint(
         rrb.Tabs(overview, tracking, *slip, about, active_tab=active_tab),
-        rrb.BlueprintPanel(state="collapsed"),
+        # the panel that switches between the worlds of a sweep
+        rrb.BlueprintPanel(state="expanded" if sweep else "collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline="sim_time", loop_mode="all"),
         auto_views=False,

@@ -14,7 +14,7 @@ import rerun as rr
 
 from slipctl.tick import Shape
 from slipctl.view.colours import run_colours
-from slipctl.view.content import RecordingError, RunInfo, recording_id, world_title
+from slipctl.view.content import RecordingError, RunInfo, application_id, recording_id, recording_name
 from slipctl.view.events import events
 from slipctl.view.layout import blueprint
 from slipctl.view.plots import log_series
@@ -91,12 +91,11 @@ def _write(part: Path, tracks: list[Track], info: Mapping[str, Any], shapes: Seq
     colours = run_colours([track.info for track in tracks])
     roots = {track.info.label: f"/runs/{rr.escape_entity_path_part(track.info.label)}" for track in tracks}
     scales = choose_scales(tracks)
-    # one application per world: the layout's cameras, scales and axes fit this world and no other
     identity = recording_id(info)
-    stream = rr.RecordingStream(f"slipctl-{identity}", recording_id=identity, send_properties=False)
+    stream = rr.RecordingStream(application_id(info), recording_id=identity, send_properties=False)
     with stream as rec:
-        rec.save(part, default_blueprint=blueprint(tracks, scales, roots))
-        rec.send_recording_name(world_title(info))
+        rec.save(part, default_blueprint=blueprint(tracks, scales, roots, sweep=bool(info.get("varied"))))
+        rec.send_recording_name(recording_name(info))
         rec.send_property("run", rr.AnyValues(drop_untyped_nones=True, **_properties(tracks, info)))
         log_world(rec, tracks, info)
         strides = {}

@@ -12,7 +12,7 @@ import pytest
 
 from slipctl.view import RunInfo, recording_id, world_slug
 from slipctl.view.colours import NOMINAL, OTHERS, ROBUST, run_colours
-from slipctl.view.content import short_labels
+from slipctl.view.content import application_id, recording_name, short_labels
 from slipctl.view.events import MOST, episodes, events
 from slipctl.view.framing import axis_range, scene_box
 from slipctl.view.tracks import Track, kept, nice, read_tracks, stride
@@ -126,3 +126,13 @@ def test_events_tell_the_story_in_order() -> None:
     slides = next(event for event in found if "left wheel" in event.text)
     column = signals(1)["wheel.sliding.left"].to_pylist()
     assert slides.time == pytest.approx(column.index(True) * 0.01)
+
+
+def test_names_in_the_viewer_begin_with_what_differs() -> None:
+    info = {"scenario": "friction-sweep", "scenario_id": "sha256:00ff", "varied": {"ground.friction": 0.1}}
+    assert application_id(info) == "friction-0_1-friction-sweep-00ff"
+    assert recording_name(info) == "friction 0.1"
+    assert (application_id({"scenario": "belt"}), recording_name({"scenario": "belt"})) == (
+        "slipctl-belt",
+        "belt",
+    )
