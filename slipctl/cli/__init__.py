@@ -6,7 +6,6 @@ Nothing but the command line itself is imported until a command needs it, so tha
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 from slipctl.cli.exits import Exit, explain
@@ -33,9 +32,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if end.code is None or isinstance(end.code, int):
             return end.code or Exit.GOOD
         raise
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return Exit.INTERRUPTED
     except Exception as error:
         return explain(error)
     return Exit.GOOD

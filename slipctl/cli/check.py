@@ -10,7 +10,7 @@ import typer
 
 from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Quiet, Threads
-from slipctl.cli.progress import progress_bar
+from slipctl.cli.progress import interruptible, progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ def check(
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENARIO]...",
+            metavar="SCENARIO",
             help="Scenario files or names; by default all with a baseline.",
             show_default=False,
         ),
@@ -60,7 +60,8 @@ def check(
     _refuse_unreadable(names)
     reports = []
     for name in names:
-        with progress_bar(quiet) as progress:
+        stopped = f"interrupted; {name} was not judged"
+        with interruptible(stopped), progress_bar(quiet) as progress:
             if reason is not None:
                 report, path = regression.update(name, reason.strip(), threads, progress)
             else:

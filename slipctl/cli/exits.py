@@ -28,10 +28,11 @@ def explain(error: Exception) -> Exit:
     traceback and ends as "could not be judged", because 1 would tell a CI job that a gate had failed.
     """
     from slipctl.experiment.folder import OutputError
+    from slipctl.experiment.record import RecordChoiceError
     from slipctl.scenario import ScenarioError
     from slipctl.view import RecordingError, ViewerError
 
-    if isinstance(error, ScenarioError | OutputError | BadInput):
+    if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError):
         print(error, file=sys.stderr)
         return Exit.BAD_INPUT
     if isinstance(error, RecordingError | ViewerError):

@@ -1,11 +1,26 @@
-"""The progress bar on standard error."""
+"""What the user sees while work is done, and what Ctrl-C does then."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from slipctl.cli.exits import Exit
+
 Progress = Callable[[int, int, str], None]
+
+
+@contextmanager
+def interruptible(message: str) -> Iterator[None]:
+    """Turn Ctrl-C within the block into a sentence and the exit status for it."""
+    import typer
+
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(message, file=sys.stderr)
+        raise typer.Exit(Exit.INTERRUPTED) from None
 
 
 @contextmanager

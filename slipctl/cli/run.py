@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipctl.cli.exits import BadInput, Exit
+from slipctl.cli.exits import Exit
 from slipctl.cli.options import Json, Out, Quiet, Record, Source, Threads, View
-from slipctl.cli.progress import progress_bar
+from slipctl.cli.progress import interruptible, progress_bar
 
 if TYPE_CHECKING:
     from slipctl.experiment import Result
@@ -43,7 +43,7 @@ def sweep(
         typer.Option(
             "--over",
             metavar="KEY=VALUES",
-            help="Key to vary and its values: 0.1,0.2,0.3 or 0.05..0.8:16. Repeatable.",
+            help="Key to vary and its values: 0.1,0.2 or FROM:TO:COUNT or FROM:TO:COUNT:log. Repeatable.",
         ),
     ] = None,
     out: Out = RUNS,
@@ -53,11 +53,11 @@ def sweep(
     quiet: Quiet = False,
     threads: Threads = None,
 ) -> None:
-    """Run a scenario over grids given here instead of those of the file."""
-    from slipctl.scenario import load
-    from slipctl.scenario.override import sweep_over
+    """Run a scenario over grids given here; those of the file stay unless the same key is given."""
+    from slipctl.scenario import load, sweep_over
 
-    execute(sweep_over(load(source), over or []), out, record, view, json_output, quiet, threads)
+    scenario = sweep_over(load(source), over or [])
+    execute(scenario, out, record, view, json_output, quiet, threads)
 
 
 def execute(
@@ -71,12 +71,15 @@ def execute(
 ) -> None:
     """Run a scenario and report it; ends the command with the exit status."""
     from slipctl import experiment
+    from slipctl.experiment.record import check_choice
 
-    record = parse_record(record)
-    with progress_bar(quiet) as progress:
+    check_choice(record)
+    nothing = "interrupted before any run was finished; nothing was written"
+    with interruptible(nothing), progress_bar(quiet) as progress:
         result = experiment.run(scenario, out=out, record=record, threads=threads, progress=progress)
     if result.interrupted:
-        _say_interrupted(result)
+        done = result.metrics.num_rows
+        print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED)
     payload = result.json()
     _say_ended_early(payload["runs"])
@@ -88,24 +91,6 @@ def execute(
         from slipctl.cli.view import show_folder
 
         show_folder(result.folder)
-
-
-def parse_record(text: str) -> str:
-    """Check ``--record``.
-
-    Raises
-    ------
-    BadInput
-        It is not one of the four forms.
-    """
-    kind, colon, count = text.partition(":")
-    if text in ("auto", "all", "none") or (
-        kind == "worst" and colon and count.isdecimal() and int(count) > 0
-    ):
-        return text
-    raise BadInput(
-        f"--record: found {text!r}; allowed: auto, all, none, worst:N with N a whole number of worlds"
-    )
 
 
 def _show(result: Result, payload: dict[str, Any]) -> None:
@@ -128,11 +113,3 @@ def _say_ended_early(runs: Sequence[dict[str, Any]]) -> None:
     if counts:
         parts = ", ".join(f"{count} {status}" for status, count in counts.items())
         print(f"{sum(counts.values())} of {len(runs)} runs ended early: {parts}", file=sys.stderr)
-
-
-def _say_interrupted(result: Result) -> None:
-    done = result.metrics.num_rows
-    if result.folder is None or not done:
-        print("interrupted before any run was finished; nothing was written", file=sys.stderr)
-    else:
-        print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)

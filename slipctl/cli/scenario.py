@@ -47,6 +47,7 @@ def new_scenario(
     """Write a new scenario file to start from."""
     from slipctl.scenario import template
 
+    file = file if file.suffix else file.with_suffix(".toml")
     text = template(like, name=file.stem)
     try:
         with file.open("x", encoding="utf-8") as handle:

@@ -17,7 +17,7 @@ def view(
     run: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[RUN]",
+            metavar="RUN",
             help="A run folder or a recording; by default the newest folder in ./runs.",
             show_default=False,
         ),

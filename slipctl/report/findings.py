@@ -40,9 +40,7 @@ def lines(scenario: str, findings: Sequence[Finding], updated: bool = False) -> 
         if verdict != "same":
             laid.append(Text("  " + sentence(finding), style=STYLES.get(verdict, "yellow")))
     if counts["better"] and not updated:
-        laid.append(
-            Text(f"  better: record it with slipctl check {scenario} --update --reason '…'", style="green")
-        )
+        laid.append(Text("  better than the baseline: record it with --update --reason '…'", style="green"))
     return laid
 
 

@@ -20,9 +20,11 @@ only a way to read the table, no gate uses it)."""
 SIDE_BY_SIDE = 2
 """Controllers beside each other before the table goes on below: two fill a terminal of 100 columns."""
 
+GAP = "   "
+
 MILLIMETRES = {"RMS": "rms_position_error", "max": "max_position_error", "final": "final_position_error"}
 SLIP = "median_slip_ratio"
-STATUS_WORDS = {"completed": "ok", "left_the_arena": "left arena"}
+STATUS_WORDS = {"completed": "ok", "left_the_arena": "left"}
 
 
 @dataclass(frozen=True)
@@ -151,11 +153,11 @@ def _error(run: Mapping[str, Any], rivals: Sequence[Mapping[str, Any]], metric: 
 
 
 def _status(run: Mapping[str, Any], end_time: float | None) -> Cell:
-    status = run["status"]
+    status: str = run["status"]
     words = STATUS_WORDS.get(status, status)
     if status == "completed":
         return Cell(words)
-    return Cell(words if end_time is None else f"{words} {end_time:.1f} s", "red")
+    return Cell(words if end_time is None else f"{words} at {end_time:.1f} s", "red")
 
 
 def _reach(label: str, grouped: Sequence[Sequence[Mapping[str, Any]]]) -> str:
@@ -212,44 +214,46 @@ def value_text(value: object) -> str:
 
 
 def _render(groups: Sequence[Group]) -> list[Text]:
+    """Lay groups of columns side by side: headings, titles, a rule and the rows."""
     from rich.text import Text
 
     widths = [
         [
-            max(len(title), *(len(row[column].text) for row in group.rows))
+            max(len(_title(title)), *(len(row[column].text) for row in group.rows))
             for column, title in enumerate(group.titles)
         ]
         for group in groups
     ]
     spans = [
-        max(sum(w) + 2 * (len(w) - 1), len(group.heading)) for group, w in zip(groups, widths, strict=True)
+        max(sum(columns) + sum(len(_before(title)) for title in group.titles[1:]), len(group.heading))
+        for group, columns in zip(groups, widths, strict=True)
     ]
-    heads, titles = Text(), Text()
-    for group, columns, span in zip(groups, widths, spans, strict=True):
-        heads.append(group.heading.ljust(span) + "   ", style="bold")
-        line = "  ".join(_align(t, w, t) for t, w in zip(group.titles, columns, strict=True))
-        titles.append(line.ljust(span) + "   ", style="dim")
-    rule = Text("─" * (sum(spans) + 3 * (len(spans) - 1)), style="dim")
-    lines = [_trimmed(heads), _trimmed(titles), rule]
-    for index in range(len(groups[0].rows)):
-        line = Text()
-        for group, columns, span in zip(groups, widths, spans, strict=True):
-            used = 0
-            for title, width, cell in zip(group.titles, columns, group.rows[index], strict=True):
-                line.append("  " if used else "")
-                line.append(_align(cell.text, width, title), style=cell.style)
-                used += width + (2 if used else 0)
-            line.append(" " * (span - used) + "   ")
-        lines.append(_trimmed(line))
-    return lines
+
+    def line(cells: Sequence[Sequence[Cell]]) -> Text:
+        laid = Text()
+        for group, columns, span, row in zip(groups, widths, spans, cells, strict=True):
+            start = len(laid)
+            for title, width, cell in zip(group.titles, columns, row, strict=True):
+                laid.append("" if len(laid) == start else _before(title))
+                left = title in ("status", "controller")
+                laid.append(cell.text.ljust(width) if left else cell.text.rjust(width), style=cell.style)
+            laid.append(" " * (start + span - len(laid)) + GAP)
+        laid.rstrip()
+        return laid
+
+    heads = Text()
+    for group, span in zip(groups, spans, strict=True):
+        heads.append(group.heading.ljust(span) + GAP, style="bold")
+    heads.rstrip()
+    titles = line([[Cell(_title(title), "dim") for title in group.titles] for group in groups])
+    rule = Text("─" * (sum(spans) + len(GAP) * (len(spans) - 1)), style="dim")
+    rows = [line([group.rows[index] for group in groups]) for index in range(len(groups[0].rows))]
+    return [*([heads] if heads.plain else []), titles, rule, *rows]
 
 
-def _align(text: str, width: int, title: str) -> str:
-    if text == title and title in MILLIMETRES:
-        text += " "  # the place of the mark after the digits
-    return text.ljust(width) if title in ("status", "controller") else text.rjust(width)
+def _title(title: str) -> str:
+    return f"{title} " if title in MILLIMETRES else title  # the place of the mark after the digits
 
 
-def _trimmed(line: Text) -> Text:
-    line.rstrip()
-    return line
+def _before(title: str) -> str:
+    return "  " if title == "status" else " "  # numbers have room enough where a mark may stand

@@ -1,0 +1,216 @@
+"""``slipctl check``: every exit status, with an engine that answers what the test says."""
+
+import json
+
+import pytest
+
+from slipctl import shipped
+from slipctl.cli import main
+from slipctl.regression import read, write
+from slipctl.scenario import load, scenario_id
+from tests.fakes import SHORT_SCENARIO, FakeResult, baseline_of, payload, run_entry
+
+
+class Bench:
+    """A folder of scenarios with baselines, and an engine that gives the runs stored for each."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.runs = {}
+        self.offsets = []
+
+    def add(self, name, *runs, recorded=True):
+        file = self.folder / f"{name}.toml"
+        file.write_text(SHORT_SCENARIO)
+        self.runs[name] = runs
+        if recorded:
+            write(baseline_of(self.content(name)), self.baseline(name))
+        return str(file)
+
+    def ship(self, monkeypatch):
+        """Make this folder the one of the shipped scenarios."""
+        real = shipped._folder
+        monkeypatch.setattr(
+            shipped, "_folder", lambda name: self.folder if name == "scenarios" else real(name)
+        )
+
+    def baseline(self, name):
+        return self.folder / "baselines" / f"{name}.json"
+
+    def content(self, name):
+        return payload(self.runs[name], name, scenario_id(load(self.folder / f"{name}.toml")))
+
+    def run(self, scenario, **options):
+        assert options["out"] is None
+        assert options["record"] == "none"
+        self.offsets.append(scenario.start.x_offset)
+        return FakeResult(self.content(scenario.name))
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    bench = Bench(tmp_path)
+    monkeypatch.setattr("slipctl.experiment.run", bench.run)
+    return bench
+
+
+def test_the_same_numbers_are_good(bench, capsys):
+    ice = bench.add("ice", run_entry("a"), run_entry("b"))
+    assert main(["check", ice]) == 0
+    assert capsys.readouterr().out == "ice: 6 same\n"
+
+
+def test_a_worse_number_fails_and_is_named_with_everything(bench, capsys):
+    ice = bench.add("ice", run_entry("a", 0.1), run_entry("b", 0.1))
+    bench.runs["ice"] = (run_entry("a", 0.1), run_entry("b", 0.1, rms=0.002))
+    assert main(["check", ice]) == 1
+    out = capsys.readouterr().out
+    said = (
+        "ice: b, ground.friction 0.1, seed 1: worse: rms_position_error 1.00 mm → 2.00 mm, tolerance 0.10 mm"
+    )
+    assert said in out
+    assert "ice: a," not in out
+
+
+def test_a_better_number_is_good_and_asks_to_be_recorded(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    bench.runs["ice"] = (run_entry("a", rms=0.0001),)
+    assert main(["check", ice]) == 0
+    assert "better than the baseline: record it with --update --reason" in capsys.readouterr().out
+
+
+def test_another_status_fails(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    bench.runs["ice"] = (run_entry("a", rms=0.0001, status="tipped"),)
+    assert main(["check", ice]) == 1
+    assert "status changed: status completed → tipped" in capsys.readouterr().out
+
+
+def test_json_holds_every_finding(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    bench.runs["ice"] = (run_entry("a", rms=0.002),)
+    assert main(["check", ice, "--json"]) == 1
+    out, err = capsys.readouterr()
+    answer = json.loads(out)
+    assert answer["passed"] is False
+    assert [entry["verdict"] for entry in answer["results"]] == ["worse"] * 3
+    assert answer["results"][0]["baseline"] == 0.001
+    assert "rms_position_error" in err
+
+
+def unjudgeable(bench, how):
+    ice = bench.add("ice", run_entry("a"), recorded=how != "missing")
+    path = bench.baseline("ice")
+    if how == "cut off":
+        path.write_text(path.read_text()[:100])
+    elif how == "another scenario":
+        write(read(path).model_copy(update={"scenario_id": "sha256:other"}), path)
+    elif how == "missing run":
+        bench.runs["ice"] = ()
+    elif how == "extra run":
+        bench.runs["ice"] = (run_entry("a"), run_entry("b"))
+    return ice
+
+
+WAYS = ["missing", "cut off", "another scenario", "missing run", "extra run"]
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_what_cannot_be_judged_is_exit_3_with_one_line(bench, capsys, how):
+    ice = unjudgeable(bench, how)
+    assert main(["check", ice, "--json"]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert "ice" in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_failed_gate_outweighs_what_could_not_be_judged(bench, capsys, how):
+    ice = unjudgeable(bench, how)
+    wet = bench.add("wet", run_entry("a"))
+    bench.runs["wet"] = (run_entry("a", rms=0.1),)
+    assert main(["check", ice, wet, "--json"]) == 1
+    verdicts = {entry["verdict"] for entry in json.loads(capsys.readouterr().out)["results"]}
+    assert "worse" in verdicts
+    assert verdicts & {"missing", "extra", "unjudged"}
+    bench.runs["wet"] = (run_entry("a"),)
+    assert main(["check", wet, ice]) == 3
+
+
+def test_another_engine_or_model_is_said_and_still_judged(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    path = bench.baseline("ice")
+    other = {"slipctl": "0.1.0", "mujoco": "4.9.9"}
+    write(read(path).model_copy(update={"versions": other, "model_id": "sha256:old"}), path)
+    assert main(["check", ice]) == 0
+    err = capsys.readouterr().err
+    assert "mujoco 4.9.9 then, 4.0.0 now" in err
+    assert "sha256:old then" in err
+    bench.runs["ice"] = (run_entry("a", rms=0.1),)
+    assert main(["check", ice]) == 1
+
+
+def test_without_names_every_scenario_with_a_baseline_is_checked(bench, monkeypatch, capsys):
+    bench.add("ice", run_entry("a"))
+    bench.add("wet", run_entry("a"))
+    bench.add("new", run_entry("a"), recorded=False)
+    bench.ship(monkeypatch)
+    assert main(["check"]) == 0
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["ice", "wet"]
+
+
+def test_no_baseline_at_all_is_exit_3(bench, monkeypatch, capsys):
+    bench.ship(monkeypatch)
+    assert main(["check"]) == 3
+    assert "no scenario has a baseline" in capsys.readouterr().err
+
+
+def test_a_misspelt_name_costs_no_run(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    assert main(["check", ice, "friction-swep"]) == 2
+    assert "friction-sweep" in capsys.readouterr().err
+    assert bench.offsets == []
+
+
+@pytest.mark.parametrize("arguments", [["--update"], ["--update", "--reason", " "], ["--reason", "why"]])
+def test_update_and_reason_go_together(bench, capsys, arguments):
+    ice = bench.add("ice", run_entry("a"))
+    before = bench.baseline("ice").read_bytes()
+    assert main(["check", ice, *arguments]) == 2
+    assert "--reason" in capsys.readouterr().err
+    assert bench.baseline("ice").read_bytes() == before
+
+
+def test_update_records_shows_the_difference_and_moves_the_start(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    bench.runs["ice"] = (run_entry("a", rms=0.002),)
+    assert main(["check", ice, "--update", "--reason", "a softer tyre"]) == 0
+    out, err = capsys.readouterr()
+    assert "rms_position_error 1.00 mm → 2.00 mm" in out
+    assert "ice.json written" in err
+    assert bench.offsets == [0.0, 1e-9, -1e-9]
+    new = read(bench.baseline("ice"))
+    assert new.reason == "a softer tyre"
+    assert new.machine == {"system": "Linux", "architecture": "x86_64", "processor": "a processor"}
+    assert new.runs[0].metrics["rms_position_error"].value == 0.002
+    assert main(["check", ice]) == 0
+
+
+def test_update_makes_the_first_baseline(bench, capsys):
+    ice = bench.add("ice", run_entry("a"), recorded=False)
+    assert main(["check", ice, "--update", "--reason", "first", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["results"][0]["verdict"] == "unjudged"
+    assert main(["check", ice]) == 0
+
+
+def test_an_interrupted_check_is_exit_130_and_leaves_the_baseline(bench, monkeypatch, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    before = bench.baseline("ice").read_bytes()
+    stopped = FakeResult(bench.content("ice"), interrupted=True)
+    monkeypatch.setattr("slipctl.experiment.run", lambda *_, **__: stopped)
+    assert main(["check", ice, "--json"]) == 130
+    assert main(["check", ice, "--update", "--reason", "x"]) == 130
+    assert capsys.readouterr().out == ""
+    assert bench.baseline("ice").read_bytes() == before

@@ -1,0 +1,168 @@
+"""``run`` and ``sweep``: exit statuses and what stands on which stream."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from slipctl.cli import main
+from tests.fakes import SHORT_SCENARIO, FakeResult, payload, run_entry
+
+RUNS = [run_entry("nominal_kinematic"), run_entry("robust_kinematic", rms=0.0004, status="tipped")]
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """Replaces the engine; returns the list of calls, and gives what ``answer`` holds."""
+
+    class Engine:
+        def __init__(self):
+            self.calls = []
+            self.answer = FakeResult(payload(RUNS), Path("runs/friction-sweep"))
+
+        def run(self, scenario, **options):
+            self.calls.append((scenario, options))
+            if isinstance(self.answer, BaseException):
+                raise self.answer
+            return self.answer
+
+    engine = Engine()
+    monkeypatch.setattr("slipctl.experiment.run", engine.run)
+    return engine
+
+
+def test_a_run_shows_its_table_recordings_and_folder(engine, capsys):
+    assert main(["run", "friction-sweep"]) == 0
+    out, err = capsys.readouterr()
+    assert "nominal_kinematic" in out
+    assert "0.40" in out
+    assert "tipped at 3.2 s" in out
+    assert "2 recordings: one per world · runs/friction-sweep" in out
+    assert err == "1 of 2 runs ended early: 1 tipped\n"
+
+
+def test_json_is_exactly_one_object_on_standard_output(engine, capsys):
+    assert main(["run", "friction-sweep", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out) == payload(RUNS)
+    assert "ended early" in err
+
+
+def test_quiet_prints_nothing_of_a_good_run(engine, capsys):
+    engine.answer = FakeResult(payload(RUNS[:1]), Path("runs/x"))
+    assert main(["run", "friction-sweep", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_options_reach_the_engine(engine, tmp_path):
+    arguments = ["run", "friction-sweep", "--out", str(tmp_path), "--record", "worst:3", "--threads", "2"]
+    assert main(arguments) == 0
+    scenario, options = engine.calls[0]
+    assert scenario.name == "friction-sweep"
+    assert options["out"] == tmp_path
+    assert options["record"] == "worst:3"
+    assert options["threads"] == 2
+
+
+def test_the_default_folder_is_runs(engine):
+    assert main(["run", "friction-sweep"]) == 0
+    assert engine.calls[0][1]["out"] == Path("runs")
+
+
+def test_sweep_takes_several_grids(engine):
+    over = ["--over", "start.x_offset=0,0.1", "--over", "start.y_offset=0:0.2:3"]
+    assert main(["sweep", "paper-kinematic", *over]) == 0
+    (scenario, _), *_ = engine.calls
+    assert {axis.key: list(axis) for axis in scenario.sweep} == {
+        "start.x_offset": [0.0, 0.1],
+        "start.y_offset": [0.0, 0.1, 0.2],
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "frictionsweep"], 'did you mean "friction-sweep"'),
+        (["run", "no/such/file.toml"], "no such file"),
+        (["run", "friction-sweep", "--record", "best"], "'best'"),
+        (["run", "friction-sweep", "--threads", "0"], "--threads"),
+        (["run", "friction-sweep", "--threads", "two"], "--threads"),
+        (["run", "friction-sweep", "--recrod", "all"], "--record"),
+        (["run"], "FILE|NAME"),
+        (["rum", "friction-sweep"], "'run'"),
+        (["sweep", "paper-kinematic", "--over", "start.x_offset"], "start.x_offset"),
+        (["sweep", "paper-kinematic", "--over", "start.x_ofset=1,2"], "start.x_offset"),
+        (["sweep", "paper-kinematic", "--over", "start.x_offset=1,two"], "1,two"),
+        (["sweep", "paper-kinematic", "--over", "start.x_offset=1,2", "--over", "start.x_offset=3"], "twice"),
+        (["sweep", "paper-kinematic", "--over", "start.x_offset=0:1:1000000000000"], "1,000,000,000,000"),
+    ],
+)
+def test_wrong_input_is_a_message_and_exit_2(engine, capsys, monkeypatch, arguments, said):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert main([*arguments, "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert "Traceback" not in err
+    assert engine.calls == []
+
+
+def test_an_output_folder_that_cannot_be_written_is_exit_2(tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    arguments = [
+        "run",
+        "paper-kinematic",
+        "--record",
+        "none",
+        "--out",
+        str(tmp_path / "file" / "runs"),
+        "--json",
+    ]
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert str(tmp_path / "file") in err
+    assert "Traceback" not in err
+
+
+def test_an_interrupted_run_says_where_the_finished_runs_are(engine, capsys):
+    engine.answer = FakeResult(payload(RUNS), Path("runs/friction-sweep"), interrupted=True)
+    assert main(["run", "friction-sweep", "--json"]) == 130
+    assert capsys.readouterr() == ("", "interrupted; the 2 finished runs are in runs/friction-sweep\n")
+
+
+def test_an_interruption_before_the_first_run_leaves_nothing(engine, capsys):
+    engine.answer = KeyboardInterrupt()
+    assert main(["run", "friction-sweep", "--json"]) == 130
+    assert capsys.readouterr() == ("", "interrupted before any run was finished; nothing was written\n")
+
+
+def test_a_defect_shows_its_traceback_and_is_no_failed_gate(engine, capsys):
+    engine.answer = ZeroDivisionError("oops")
+    assert main(["run", "friction-sweep", "--json"]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Traceback" in err
+    assert "oops" in err
+
+
+def test_a_full_disk_is_a_message_and_exit_3(engine, capsys):
+    engine.answer = OSError(28, "No space left on device")
+    assert main(["run", "friction-sweep"]) == 3
+    assert capsys.readouterr().err == "could not go on: [Errno 28] No space left on device\n"
+
+
+def test_a_real_run_writes_what_it_prints(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "short.toml").write_text(SHORT_SCENARIO)
+    assert main(["run", "short.toml", "--record", "none", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    (run,) = printed["runs"]
+    assert run["status"] == "completed"
+    assert 0 <= run["metrics"]["max_position_error"] < 1e-6
+    folder = tmp_path / "runs" / "short"
+    assert {path.name for path in folder.iterdir()} == {"metrics.parquet", "signals.parquet", "manifest.json"}
+    assert json.loads((folder / "manifest.json").read_text())["scenario_id"] == printed["scenario_id"]
+    assert main(["run", "short.toml", "--quiet"]) == 0
+    assert sorted(path.name for path in folder.parent.iterdir()) == ["short", "short-2"]
+    assert len(list((folder.parent / "short-2").glob("*.rrd"))) == 1

@@ -1,0 +1,123 @@
+"""The wheel: what is in it, and that it works far from the checkout."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.fakes import SHORT_SCENARIO
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Build a wheel with hatchling itself: no build isolation, so no network."""
+    folder = tmp_path_factory.mktemp("dist")
+    code = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+    subprocess.run([sys.executable, "-c", code, str(folder)], cwd=ROOT, check=True, capture_output=True)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """Folder of the programs of a clean environment: the wheel, and a path file that leads to the dependencies."""
+    place = tmp_path_factory.mktemp("clean")
+    venv.create(place, with_pip=False, symlinks=True)
+    (packages,) = place.glob("lib/python*/site-packages")
+    subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "pip",
+            "install",
+            "-q",
+            "--no-deps",
+            "--no-index",
+            "--prefix",
+            str(place),
+            str(wheel),
+        ],
+        check=True,
+        capture_output=True,
+    )
+    assert (packages / "slipctl").is_dir()
+    # The dependencies without what the checkout's own editable installation puts on the path: a plain entry names a
+    # folder but does not read the .pth files in it.
+    entries = [entry for entry in sys.path if entry.endswith(("site-packages", "dist-packages"))]
+    (packages / "dependencies.pth").write_text("\n".join(entries) + "\n")
+    return place / "bin"
+
+
+def call(installed, folder, *arguments):
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"CI": "1"}
+    command = [str(installed / "python"), "-m", "slipctl.cli", *arguments]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def shipped(kind):
+    return {path.name for path in (ROOT / kind).iterdir() if path.suffix in (".toml", ".xml", ".json")}
+
+
+def test_models_scenarios_and_baselines_are_inside(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for kind in ("models", "scenarios", "scenarios/baselines"):
+        for name in shipped(kind):
+            assert f"slipctl/{kind}/{name}" in names
+    assert "slipctl/models/magellan_pro.xml" in names
+    assert "slipctl/scenarios/friction-sweep.toml" in names
+
+
+def test_the_wheel_holds_every_module_and_nothing_else(wheel):
+    names = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".py")}
+    assert names == {str(path.relative_to(ROOT)) for path in (ROOT / "slipctl").rglob("*.py")}
+    tops = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    assert tops == {"slipctl", f"slipctl-{version()}.dist-info"}
+
+
+def version():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
+def test_the_installed_code_is_that_of_the_wheel(installed, tmp_path):
+    code = "import slipctl; print(slipctl.__file__)"
+    where = subprocess.run(
+        [installed / "python", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert Path(where.stdout.strip()).is_relative_to(installed.parent)
+
+
+def test_shipped_scenarios_are_found_from_any_folder(installed, tmp_path):
+    ended = call(installed, tmp_path, "scenario", "list")
+    assert ended.returncode == 0, ended.stderr
+    names = [line.split()[0] for line in ended.stdout.splitlines()]
+    assert names == sorted(Path(name).stem for name in shipped("scenarios"))
+
+
+def test_a_short_run_works_from_any_folder(installed, tmp_path):
+    """The shipped friction sweep with its shipped model, cut to a tenth of a second."""
+    made = call(installed, tmp_path, "scenario", "new", "short.toml", "--like", "friction-sweep")
+    assert made.returncode == 0, made.stderr
+    file = tmp_path / "short.toml"
+    lines = file.read_text().splitlines()
+    lines.insert(next(i for i, line in enumerate(lines) if line.startswith("tick")), "duration = 0.1")
+    file.write_text("\n".join(lines))
+    ended = call(installed, tmp_path, "run", "short.toml", "--json", "--record", "worst:1")
+    assert ended.returncode == 0, ended.stderr
+    runs = json.loads(ended.stdout)["runs"]
+    assert {run["controller"] for run in runs} == {"nominal_kinematic", "robust_kinematic"}
+    assert len(list((tmp_path / "runs" / "short").glob("*.rrd"))) == 1
+
+
+def test_the_program_is_installed_under_its_name(installed, tmp_path):
+    (tmp_path / "short.toml").write_text(SHORT_SCENARIO)
+    command = [str(installed / "slipctl"), "run", "short.toml", "--quiet", "--record", "none"]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (0, "")
