@@ -28,15 +28,15 @@ def wheel(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory):
-    """Programs of a clean environment that holds the wheel, and a path file that leads to the dependencies."""
+    """Programs of a clean environment: the wheel, and a path file that leads to the dependencies."""
     place = tmp_path_factory.mktemp("clean")
     venv.create(place, with_pip=True, symlinks=True)
     (packages,) = place.glob("lib/python*/site-packages")
     install = [place / "bin" / "python", "-m", "pip", "install", "-q", "--no-deps", "--no-index", wheel]
     subprocess.run(install, check=True, capture_output=True)
     assert (packages / "slipctl").is_dir()
-    # A path file adds these folders but does not read the path files in them: the dependencies come along, the
-    # editable installation of the checkout does not.
+    # A path file adds these folders but does not read the path files in them: the dependencies come along,
+    # the editable installation of the checkout does not.
     entries = [entry for entry in sys.path if entry.endswith(("site-packages", "dist-packages"))]
     (packages / "dependencies.pth").write_text("\n".join(entries) + "\n")
     return place / "bin"
