@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -53,3 +54,33 @@ def test_pins_name_no_place_to_download_from():
     assert all(
         re.fullmatch(r"[A-Za-z0-9_.-]+==[0-9a-z.]+", line) for line in lines if not line.startswith("#")
     )
+
+
+def test_every_step_runs_and_the_first_failure_gives_the_exit_status(monkeypatch, capfd):
+    from tests import __main__ as steps
+
+    def python(code):
+        return [sys.executable, "-c", code]
+
+    monkeypatch.setattr(
+        steps,
+        "STEPS",
+        {
+            "good": python("print('one')"),
+            "bad": python("raise SystemExit(5)"),
+            "worse": python("raise SystemExit(7)"),
+            "last": python("print('four')"),
+        },
+    )
+    assert steps.main() == 5
+    out = capfd.readouterr().out
+    assert "one" in out
+    assert "four" in out
+    assert out.endswith("2 of 4 steps good; FAILED: bad, worse\n")
+
+
+def test_the_steps_are_those_that_a_change_must_pass():
+    from tests import __main__ as steps
+
+    names = [Path(command[0]).name for command in steps.STEPS.values()]
+    assert names == ["ruff", "ruff", "pyright", "lint-imports", "slipctl", "pytest"]

@@ -1,0 +1,30 @@
+"""The progress bar: there for a person who looks, not for a log."""
+
+from slipctl.cli.progress import progress_bar
+
+
+def test_a_terminal_shows_what_is_done_and_the_time_left(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich then takes the stream for a terminal
+    monkeypatch.setenv("TERM", "xterm")
+    with progress_bar(quiet=False) as progress:
+        assert progress is not None
+        progress(30, 120, "world 1 to 14 of 14")
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "world 1 to 14 of 14" in err
+    assert "25%" in err
+    assert "left" in err
+
+
+def test_quiet_shows_none(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with progress_bar(quiet=True) as progress:
+        assert progress is None
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_log_gets_none(monkeypatch, capsys):
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    with progress_bar(quiet=False) as progress:
+        assert progress is None
+    assert capsys.readouterr() == ("", "")
