@@ -68,7 +68,7 @@ def check(
                 report, path = regression.check(name, threads, progress), None
         reports.append(report)
         for note in report.notes:
-            print(f"{report.scenario}: {note}; judged all the same", file=sys.stderr)
+            print(f"{report.scenario}: {note}", file=sys.stderr)
         if not json_output and not quiet:
             _show(report, updated=update)
         if path is not None:

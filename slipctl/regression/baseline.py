@@ -17,6 +17,8 @@ CHAOTIC_FACTOR = 3.0
 """A chaotic number counts as worse above this multiple of the largest value seen, as better below this
 fraction of it."""
 
+DEFAULTS = (("chaotic", False), ("nudged_statuses", []))
+
 
 class CannotJudge(Exception):
     """There is nothing sound to compare with; the message is one line that says what and what to do."""
@@ -159,10 +161,16 @@ def _text(baseline: Baseline) -> str:
     runs = []
     for run in content.pop("runs"):
         numbers = run.pop("metrics")
-        lines = ",\n".join(f"   {_line(name)}: {_line(number)}" for name, number in numbers.items())
+        lines = ",\n".join(f"   {_line(name)}: {_line(_short(number))}" for name, number in numbers.items())
+        run = _short(run)
         runs.append(_line(run)[:-1] + ', "metrics": {\n' + lines + "\n  }}")
     head = json.dumps(content, indent=1, ensure_ascii=False)[:-2]
     return head + ',\n "runs": [\n  ' + ",\n  ".join(runs) + "\n ]\n}\n"
+
+
+def _short(table: dict[str, Any]) -> dict[str, Any]:
+    """Leave out what is at its default: it is so nearly everywhere."""
+    return {key: value for key, value in table.items() if (key, value) not in DEFAULTS}
 
 
 def _line(value: object) -> str:

@@ -134,7 +134,7 @@ def update(
         old = read(path)
         report = Report(scenario.name, tuple(judge(old, payload)), tuple(_differences(old, payload)))
     except CannotJudge as error:
-        report = Report(scenario.name, (_unjudged(scenario.name, str(error)),))
+        report = Report(scenario.name, (), (f"nothing to compare with: {error}",) if path.exists() else ())
     write(new, path)
     return report, path
 
@@ -159,14 +159,14 @@ def _unjudged(name: str, why: str) -> Finding:
 
 def _differences(baseline: Baseline, payload: Mapping[str, Any]) -> list[str]:
     """Say what else is not as it was when the baseline was recorded."""
-    notes = []
+    changed = []
     if baseline.model_id != payload["model_id"]:
-        notes.append(f"the compiled model is another: {baseline.model_id} then, {payload['model_id']} now")
+        changed.append(f"model {baseline.model_id} then, {payload['model_id']} now")
     for name in dict.fromkeys([*baseline.versions, *payload["versions"]]):
         then, now = baseline.versions.get(name), payload["versions"].get(name)
         if then != now:
-            notes.append(f"{name} {then or 'absent'} then, {now or 'absent'} now")
-    return notes
+            changed.append(f"{name} {then or 'absent'} then, {now or 'absent'} now")
+    return [f"{'; '.join(changed)}: judged all the same"] if changed else []
 
 
 def _commit() -> str | None:

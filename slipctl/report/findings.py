@@ -34,7 +34,7 @@ def lines(scenario: str, findings: Sequence[Finding], updated: bool = False) -> 
 
     counts = Counter(finding["verdict"] for finding in findings)
     said = ", ".join(f"{count} {WORDS.get(verdict, verdict)}" for verdict, count in counts.items())
-    laid = [Text.assemble((scenario, "bold"), f": {said}")]
+    laid = [Text.assemble((scenario, "bold"), f": {said or 'recorded for the first time'}")]
     for finding in findings:
         verdict = finding["verdict"]
         if verdict != "same":

@@ -148,6 +148,7 @@ def test_another_engine_or_model_is_said_and_still_judged(bench, capsys):
     err = capsys.readouterr().err
     assert "mujoco 4.9.9 then, 4.0.0 now" in err
     assert "sha256:old then" in err
+    assert len(err.splitlines()) == 1
     bench.runs["ice"] = (run_entry("a", rms=0.1),)
     assert main(["check", ice]) == 1
 
@@ -201,7 +202,10 @@ def test_update_records_shows_the_difference_and_moves_the_start(bench, capsys):
 def test_update_makes_the_first_baseline(bench, capsys):
     ice = bench.add("ice", run_entry("a"), recorded=False)
     assert main(["check", ice, "--update", "--reason", "first", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["results"][0]["verdict"] == "unjudged"
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"passed": True, "results": []}
+    assert len(err.splitlines()) == 1
+    assert "ice.json written" in err
     assert main(["check", ice]) == 0
 
 
@@ -214,3 +218,11 @@ def test_an_interrupted_check_is_exit_130_and_leaves_the_baseline(bench, monkeyp
     assert main(["check", ice, "--update", "--reason", "x"]) == 130
     assert capsys.readouterr().out == ""
     assert bench.baseline("ice").read_bytes() == before
+
+
+def test_update_replaces_a_damaged_baseline_and_says_so(bench, capsys):
+    ice = bench.add("ice", run_entry("a"))
+    bench.baseline("ice").write_text("{")
+    assert main(["check", ice, "--update", "--reason", "mend"]) == 0
+    assert "nothing to compare with" in capsys.readouterr().err
+    assert main(["check", ice]) == 0
