@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+from rerun.recording_stream import is_enabled as is_recording_enabled
 
 from slipctl.tick import Shape
 from slipctl.view.colours import run_colours
@@ -67,17 +68,15 @@ def write(
     that ``rerun rrd compare`` calls equal.
     """
     tracks = read_tracks(signals, runs)
+    with _strict():
+        content = _encode(tracks, info, shapes)
+    if not content:
+        switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
+        raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
     part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.unlink(missing_ok=True)
-        with _strict():
-            _write(part, tracks, info, shapes)
-        if not part.is_file() or part.stat().st_size == 0:
-            switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
-            raise RecordingError(
-                f"Rerun wrote nothing to {path}{switch}; unset RERUN or run without recordings"
-            )
+        part.write_bytes(content)
         os.replace(part, path)
     except OSError as error:
         raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
@@ -87,14 +86,22 @@ def write(
     return path
 
 
-def _write(part: Path, tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape] | None) -> None:
+def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape] | None) -> bytes:
+    """Return the file as bytes, none where Rerun is switched off.
+
+    Rerun's own file writer is not used: on a full disk it may wait for ever for its thread that has ended.
+    """
     colours = run_colours([track.info for track in tracks])
     roots = {track.info.label: f"/runs/{rr.escape_entity_path_part(track.info.label)}" for track in tracks}
     scales = choose_scales(tracks)
     identity = recording_id(info)
     stream = rr.RecordingStream(application_id(info), recording_id=identity, send_properties=False)
     with stream as rec:
-        rec.save(part, default_blueprint=blueprint(tracks, scales, roots, sweep=bool(info.get("varied"))))
+        if not is_recording_enabled(rec):
+            return b""
+        memory = rec.memory_recording()
+        layout = blueprint(tracks, scales, roots, sweep=bool(info.get("varied")))
+        rec.send_blueprint(layout, make_active=False, make_default=True)
         rec.send_recording_name(recording_name(info))
         rec.send_property("run", rr.AnyValues(drop_untyped_nones=True, **_properties(tracks, info)))
         log_world(rec, tracks, info)
@@ -106,7 +113,7 @@ def _write(part: Path, tracks: list[Track], info: Mapping[str, Any], shapes: Seq
             _log_events(rec, roots[label], track)
         page = markdown(tracks, info, scales, colours, strides)
         rec.log("/info/summary", rr.TextDocument(page, media_type="text/markdown"), static=True, strict=True)
-        rec.flush()
+        return memory.drain_as_bytes()
 
 
 def _log_events(rec: rr.RecordingStream, root: str, track: Track) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -299,3 +302,31 @@ def test_what_cannot_be_recorded_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot write"):
         write_recording(tmp_path / "file" / "a.rrd", table, [ROBUST], INFO)
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+FULL_DISK = """
+import resource, sys
+from pathlib import Path
+from slipctl.view import RecordingError, RunInfo, write_recording
+from tests.view.signals import signals
+resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
+try:
+    write_recording(Path(sys.argv[1]), signals(1), [RunInfo(1, "robust")], {})
+except RecordingError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_a_disk_that_fills_up_is_said_and_leaves_nothing(tmp_path: Path) -> None:
+    told = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, str(tmp_path / "a.rrd")],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        cwd=Path(__file__).parents[2],
+    )
+    assert told.stdout.startswith(f"cannot write {tmp_path / 'a.rrd'}: ")
+    assert list(tmp_path.iterdir()) == []
