@@ -2,10 +2,10 @@
 
     python benchmarks/sweep_cost.py [--worlds 64] [--repeats 5] [--threads 1]
 
-The floor is `mujoco.batch.Batch.rollout` over the recorded wheel commands, nothing recorded: what the same
-physics costs without slipctl. The replay must end in the closed loop's state bit for bit. Both are measured in
-turn in this process, as CPU time of all threads; the median of the pairwise ratios is printed with the machine
-and the versions.
+The floor is `mujoco.batch.Batch.rollout` over the recorded wheel commands, nothing recorded: what the
+same physics costs without slipctl. The replay must end in the closed loop's state bit for bit. Both are
+measured in turn in this process, as CPU time of all threads; the median of the pairwise ratios is printed
+with the machine and the versions.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipctl.simulate import Ending, Row
 from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.slip import slip_ratio
-from slipctl.tick import BodyPose, WheelContact
+from slipctl.tick import BodyPose, SpeedCommand, TorqueCommand, WheelContact
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -57,14 +57,32 @@ def _contact(read: Callable[[WheelContact], NDArray]) -> Callable[[Row], NDArray
     return lambda row: None if row.details is None else read(row.details[1])
 
 
+def _speed(read: Callable[[SpeedCommand], NDArray]) -> Callable[[Row], NDArray | None]:
+    def reading(row: Row) -> NDArray | None:
+        command = row.decision.command
+        return read(command) if isinstance(command, SpeedCommand) else None
+
+    return reading
+
+
+def _torque(read: Callable[[TorqueCommand], NDArray]) -> Callable[[Row], NDArray | None]:
+    def reading(row: Row) -> NDArray | None:
+        command = row.decision.command
+        return read(command) if isinstance(command, TorqueCommand) else None
+
+    return reading
+
+
 SIGNALS = (
     Signal("reference.position", "m", XY, lambda row: row.reference.position),
     Signal("reference.velocity", "m/s", XY, lambda row: row.reference.velocity),
     Signal("reference.acceleration", "m/s²", XY, lambda row: row.reference.acceleration),
+    Signal("reference.jerk", "m/s³", XY, lambda row: row.reference.jerk),
     Signal("motion.position", "m", XY, lambda row: row.motion.position),
     Signal("motion.velocity", "m/s", XY, lambda row: row.motion.velocity),
     Signal("motion.heading_vector", "1", XY, lambda row: row.motion.heading_vector),
     Signal("motion.heading_rate", "rad/s", SCALAR, lambda row: row.motion.heading_rate),
+    Signal("motion.acceleration", "m/s²", XY, lambda row: row.motion.acceleration),
     Signal("motion.forward_speed", "m/s", SCALAR, lambda row: row.motion.forward_speed),
     Signal("motion.yaw_rate", "rad/s", SCALAR, lambda row: row.motion.yaw_rate),
     Signal("slip.longitudinal", "m/s", SCALAR, lambda row: row.slip.longitudinal),
@@ -74,17 +92,20 @@ SIGNALS = (
     Signal("decision.robust_input", "m/s²", XY, lambda row: row.decision.trace.robust_input),
     Signal("decision.robust_gain", "m/s²", SCALAR, lambda row: row.decision.trace.robust_gain),
     Signal("decision.weighted_error", "1", XY, lambda row: row.decision.trace.weighted_error),
-    Signal("decision.forward_speed", "m/s", SCALAR, lambda row: row.decision.command.forward_speed),
-    Signal("decision.yaw_rate", "rad/s", SCALAR, lambda row: row.decision.command.yaw_rate),
+    Signal("decision.forward_speed", "m/s", SCALAR, _speed(lambda command: command.forward_speed)),
+    Signal("decision.yaw_rate", "rad/s", SCALAR, _speed(lambda command: command.yaw_rate)),
+    Signal("decision.acceleration", "m/s²", SCALAR, _torque(lambda command: command.acceleration)),
+    Signal("decision.yaw_acceleration", "rad/s²", SCALAR, _torque(lambda command: command.yaw_acceleration)),
     Signal("decision.saturated", "bool", SCALAR, lambda row: row.decision.trace.saturated),
     Signal("wheel.rate", "rad/s", SIDES, lambda row: row.motion.wheel_rate),
-    Signal("wheel.rate_command", "rad/s", SIDES, lambda row: row.decision.command.wheel_rate),
+    Signal("wheel.angle", "rad", SIDES, lambda row: row.motion.wheel_angle),
+    Signal("wheel.rate_command", "rad/s", SIDES, _speed(lambda command: command.wheel_rate)),
+    Signal("wheel.torque_command", "N·m", SIDES, _torque(lambda command: command.wheel_torque_start)),
     Signal("wheel.torque", "N·m", SIDES, _contact(lambda contact: contact.torque)),
     Signal("wheel.normal_force", "N", SIDES, _contact(lambda contact: contact.normal_force)),
     Signal("wheel.longitudinal_force", "N", SIDES, _contact(lambda contact: contact.longitudinal_force)),
     Signal("wheel.lateral_force", "N", SIDES, _contact(lambda contact: contact.lateral_force)),
     Signal("wheel.sliding", "bool", SIDES, _contact(lambda contact: contact.sliding)),
-    Signal("wheel.angle", "rad", SIDES, _pose(lambda pose: pose.wheel_angle)),
     Signal("body.height", "m", SCALAR, _pose(lambda pose: pose.height)),
     Signal("body.quaternion", "1", QUATERNION, _pose(lambda pose: pose.quaternion)),
 )

@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from slipctl.theory.slip import measure_slip
 from slipctl.tick import (
-    Array,
     BodyPose,
-    Command,
     Decision,
     Motion,
     Reference,
@@ -42,19 +40,22 @@ class Plant(Protocol):
         """Return poses and contacts, or None where the plant has none."""
         ...
 
-    def step(self, state: Any, command: Command, tick: float) -> Any:
-        """Return the state one tick [s] later; its `status` is an (N,) array of `Status`."""
+    def step(self, state: Any, command: Any, tick: float) -> Any:
+        """Return the state one tick [s] later; its `status` is an (N,) array of `Status`.
+
+        The command is the one of the plant's drive, a `SpeedCommand` or a `TorqueCommand`.
+        """
         ...
 
 
 class Controller(Protocol):
     """A tracking law. What it remembers is returned, never stored."""
 
-    def start(self, forward_speed: Array) -> Any:
-        """Return the memory for a planned speed (N,) [m/s]."""
+    def start(self, start: Start) -> Any:
+        """Return the memory at the start."""
         ...
 
-    def update(self, memory: Any, reference: Reference, motion: Motion, tick: float) -> Decision:
+    def update(self, memory: Any, reference: Reference, motion: Motion, tick: float) -> Decision[Any]:
         """Decide the command of one tick [s]."""
         ...
 
@@ -66,7 +67,7 @@ class Row:
     reference: Reference
     motion: Motion
     slip: Slip
-    decision: Decision
+    decision: Decision[Any]
     details: tuple[BodyPose, WheelContact] | None
 
 
@@ -118,11 +119,11 @@ def simulate(
     """
     rows = len(references.position)
     state = plant.start(start)
-    memory = controller.start(start.forward_speed)
+    memory = controller.start(start)
     last_row = np.full(len(start.heading), rows - 1)
     running = np.ones(len(start.heading), dtype=bool)
     for k in range(rows):
-        reference = Reference(references.position[k], references.velocity[k], references.acceleration[k])
+        reference = references.row(k)
         motion = plant.observe(state)
         decision = controller.update(memory, reference, motion, tick)
         write(k, Row(reference, motion, measure_slip(motion), decision, plant.details(state)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +31,18 @@ class Reference:
 
     Attributes
     ----------
-    position, velocity, acceleration : (N, 2) arrays
-        World x, y in m, m/s, m/s².
+    position, velocity, acceleration, jerk : (N, 2) arrays
+        World x, y in m, m/s, m/s², m/s³.
     """
 
     position: Array
     velocity: Array
     acceleration: Array
+    jerk: Array
+
+    def row(self, k: int) -> Reference:
+        """Return row `k` of a reference whose arrays are (T + 1, N, 2)."""
+        return Reference(self.position[k], self.velocity[k], self.acceleration[k], self.jerk[k])
 
 
 @dataclass(frozen=True)
@@ -52,12 +57,15 @@ class Start:
         Counter-clockwise from the world's x axis [rad].
     forward_speed, yaw_rate : (N,) arrays
         Wheel-derived rates [m/s], [rad/s].
+    forward_acceleration : (N,) array
+        What the motors already push at, per mass: the planned μ₁ and what a slope asks for [m/s²].
     """
 
     position: Array
     heading: Array
     forward_speed: Array
     yaw_rate: Array
+    forward_acceleration: Array
 
 
 @dataclass(frozen=True)
@@ -72,10 +80,12 @@ class Motion:
         Cosine and sine of the heading.
     heading_rate : (N,) array
         Rate of the heading, Ω in the paper's terms w + w_s [rad/s].
-    wheel_rate : (N, 2) array
-        Wheel rates left, right, positive forward [rad/s].
+    wheel_rate, wheel_angle : (N, 2) arrays
+        Wheel rates and angles left, right, positive forward [rad/s], [rad].
     forward_speed, yaw_rate : (N,) arrays
         The same rates as v = r (left + right)/2 and w = r (right − left)/(2b) [m/s], [rad/s].
+    acceleration : (N, 2) array or None
+        World x, y [m/s²]; None where a plant has none to tell.
     """
 
     position: Array
@@ -83,8 +93,10 @@ class Motion:
     heading_vector: Array
     heading_rate: Array
     wheel_rate: Array
+    wheel_angle: Array
     forward_speed: Array
     yaw_rate: Array
+    acceleration: Array | None
 
 
 @dataclass(frozen=True)
@@ -105,8 +117,8 @@ class Slip:
 
 
 @dataclass(frozen=True)
-class Command:
-    """What the drive is told for one tick.
+class SpeedCommand:
+    """What wheel-speed servos are told for one tick.
 
     Attributes
     ----------
@@ -127,17 +139,41 @@ class Command:
 
 
 @dataclass(frozen=True)
+class TorqueCommand:
+    """What torque motors are told for one tick.
+
+    Attributes
+    ----------
+    acceleration : (N,) array
+        μ₁ at the end of the tick [m/s²].
+    yaw_acceleration : (N,) array
+        μ₂, held over the tick [rad/s²].
+    wheel_torque_start, wheel_torque_end : (N, 2) arrays
+        Left and right, at both ends of the tick [N·m]; the paper's μ₁ is integrated, so torque ramps. A motor
+        that can only hold a torque gets their mean.
+    """
+
+    acceleration: Array
+    yaw_acceleration: Array
+    wheel_torque_start: Array
+    wheel_torque_end: Array
+
+
+Command = SpeedCommand | TorqueCommand
+
+
+@dataclass(frozen=True)
 class DecisionTrace:
     """Why a law decided as it did; what a law does not have is None.
 
     Attributes
     ----------
     nominal_input, robust_input : (N, 2) arrays
-        v̂ and Δv [m/s²].
+        v̂ and Δv [m/s²]; [m/s³] for a dynamic law.
     saturated : (N,) bool array
         Whether a limit changed the command.
     robust_gain : (N,) array or None
-        ρ [m/s²].
+        ρ, in the unit of Δv.
     weighted_error : (N, 2) array or None
         JᵀPe, the vector whose length the boundary layer bounds.
     """
@@ -149,8 +185,11 @@ class DecisionTrace:
     weighted_error: Array | None = None
 
 
+AnyCommand = TypeVar("AnyCommand", SpeedCommand, TorqueCommand, covariant=True)
+
+
 @dataclass(frozen=True)
-class Decision:
+class Decision(Generic[AnyCommand]):
     """What a law decides in one tick.
 
     Attributes
@@ -162,7 +201,7 @@ class Decision:
         The reasons.
     """
 
-    command: Command
+    command: AnyCommand
     memory: Any
     trace: DecisionTrace
 
@@ -177,13 +216,10 @@ class BodyPose:
         z of the body origin [m].
     quaternion : (N, 4) array
         Orientation of the base, order w, x, y, z.
-    wheel_angle : (N, 2) array
-        Left, right [rad].
     """
 
     height: Array
     quaternion: Array
-    wheel_angle: Array
 
 
 @dataclass(frozen=True)

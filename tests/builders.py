@@ -76,6 +76,7 @@ def rows_of(plan: Plan, tick: float, duration: float) -> Reference:
         position=np.swapaxes(at.position, 0, 1).copy(),
         velocity=np.swapaxes(at.velocity, 0, 1).copy(),
         acceleration=np.swapaxes(at.acceleration, 0, 1).copy(),
+        jerk=np.swapaxes(at.jerk, 0, 1).copy(),
     )
 
 
@@ -84,7 +85,13 @@ def planned_start(references: Reference) -> Start:
     v, a = references.velocity[0], references.acceleration[0]
     squared = v[:, 0] ** 2 + v[:, 1] ** 2
     turn = (v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]) / squared
-    return Start(references.position[0], np.arctan2(v[:, 1], v[:, 0]), np.sqrt(squared), turn)
+    push = (v[:, 0] * a[:, 0] + v[:, 1] * a[:, 1]) / np.sqrt(squared)
+    return Start(references.position[0], np.arctan2(v[:, 1], v[:, 0]), np.sqrt(squared), turn, push)
+
+
+def start_of(position: Array, heading: Array, forward_speed: Array, yaw_rate: Array) -> Start:
+    """Return a start that pushes at nothing yet."""
+    return Start(position, heading, forward_speed, yaw_rate, np.zeros_like(forward_speed))
 
 
 @dataclass(frozen=True)

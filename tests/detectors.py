@@ -70,7 +70,9 @@ def measured_slip() -> float:
     one = full(1, 1.0)
     velocity = np.array([[(v + v_t) * c + v_s * s, (v + v_t) * s - v_s * c]])
     still = np.zeros((1, 2))
-    motion = Motion(still, velocity, np.array([[c, s]]), (w + w_s) * one, still, v * one, w * one)
+    motion = Motion(
+        still, velocity, np.array([[c, s]]), (w + w_s) * one, still, still, v * one, w * one, still
+    )
     slip = slip_theory.measure_slip(motion)
     return max(abs(slip.longitudinal[0] - v_t), abs(slip.lateral[0] - v_s), abs(slip.yaw[0] - w_s))
 

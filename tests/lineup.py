@@ -64,7 +64,7 @@ def on_belts(rows: Rows) -> Plant:
 
 
 PLANTS: dict[str, Callable[[Rows], Plant]] = {
-    "ode": ode(lambda rows: NoSlip()),
+    "ode": ode(lambda rows: NoSlip(len(pick(rows, *[0.0] * 5)))),
     "ode_proportional": ode(lambda rows: ProportionalSlip(*fractions(rows))),
     "ode_sinusoidal": ode(
         lambda rows: SinusoidalSlip(*fractions(rows), period=pick(rows, 1.0, 2.0, 3.0, 0.4, 0.7))
@@ -129,6 +129,7 @@ def beginning(rows: Rows) -> Start:
         plan.heading + pick(rows, 0.0, 0.1, 0.0, 0.0, -0.2),
         plan.forward_speed * pick(rows, 1.0, 1.0, 1.0, 0.0, 1.0),
         plan.yaw_rate * pick(rows, 1.0, 1.0, 1.0, 0.0, 1.0),
+        plan.forward_acceleration * pick(rows, 1.0, 1.0, 1.0, 0.0, 1.0),
     )
 
 
@@ -141,14 +142,13 @@ class Loop:
 
     def begin(self) -> tuple[Any, Any]:
         start = beginning(self.rows)
-        return self.plant.start(start), self.law.start(start.forward_speed)
+        return self.plant.start(start), self.law.start(start)
 
     def go(self, state: Any, memory: Any, first: int, last: int) -> tuple[Any, Any, list[dict[str, Any]]]:
         """Run ticks `first` to `last` and return what is left, and everything seen on the way."""
         seen = []
         for k in range(first, last):
-            fields = self.references
-            reference = Reference(fields.position[k], fields.velocity[k], fields.acceleration[k])
+            reference = self.references.row(k)
             motion = self.plant.observe(state)
             decision = self.law.update(memory, reference, motion, TICK)
             everything = (motion, decision.command, decision.trace, state.status, self.plant.details(state))

@@ -84,7 +84,7 @@ MUTANTS = [
     Mutant(
         "yaw slip in degrees",
         SLIP,
-        "ProportionalSlip.__call__",
+        "Affine.at",
         on_result(lambda slip: replace(slip, yaw=np.degrees(slip.yaw))),
         LOOP,
     ),

@@ -203,7 +203,7 @@ def test_without_slip_only_the_hold_is_left_of_the_error(name):
     """All that remains is of first order in the tick, and the corrective term does no harm."""
     maximum = []
     for tick in (0.02, 0.01):
-        run = track(ode_plant(NoSlip(), 1), law(name), rows_of(table_one(), tick, DURATION), tick)
+        run = track(ode_plant(NoSlip(1), 1), law(name), rows_of(table_one(), tick, DURATION), tick)
         maximum.append(Errors.of(run.position_error[:, 0]).maximum)
     assert maximum[1] < 1e-4
     assert maximum[0] / maximum[1] == pytest.approx(2.0, abs=0.1 if name == "nominal" else 0.6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ def same(left: dict[str, Any], right: dict[str, Any]) -> None:
 
 
 def one_world(seen: dict[str, Any], world: int) -> dict[str, Any]:
-    return {name: leaf[world : world + 1] for name, leaf in seen.items()}
+    return {name: leaf[world : world + 1] for name, leaf in seen.items() if leaf is not None}
 
 
 # every plant with one law of each kind, and every law on one plant of each kind
@@ -92,8 +93,7 @@ def test_plants_are_pure(plant):
     loop = Loop(plant, "robust_independent")
     state, memory, _ = loop.go(*loop.begin(), 0, 5)
     motion = loop.plant.observe(state)
-    fields = loop.references
-    reference = Reference(fields.position[5], fields.velocity[5], fields.acceleration[5])
+    reference = loop.references.row(5)
     command = loop.law.update(memory, reference, motion, TICK).command
     inputs = copy.deepcopy((state, command, motion))
     stepped = copy.deepcopy(loop.plant.step(state, command, TICK))
@@ -129,10 +129,13 @@ def test_laws_are_pure(law):
         rng.normal(size=(worlds, 2)),
         rng.normal(size=(worlds, 2)),
         np.stack([np.cos(heading), np.sin(heading)], axis=-1),
-        *(rng.normal(size=shape) for shape in (worlds, (worlds, 2), worlds, worlds)),
+        *(
+            rng.normal(size=shape)
+            for shape in (worlds, (worlds, 2), (worlds, 2), worlds, worlds, (worlds, 2))
+        ),
     )
-    reference = Reference(*(rng.normal(size=(worlds, 2)) for _ in range(3)))
-    memory = controller.start(rng.uniform(0.1, 1.0, worlds))
+    reference = Reference(*(rng.normal(size=(worlds, 2)) for _ in range(4)))
+    memory = controller.start(replace(beginning(WORLDS), forward_speed=rng.uniform(0.1, 1.0, worlds)))
     inputs = copy.deepcopy((memory, reference, motion))
     decision = copy.deepcopy(controller.update(memory, reference, motion, TICK))
     controller.update(decision.memory, reference, motion, TICK)

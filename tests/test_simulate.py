@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -6,8 +8,8 @@ from slipctl.simulate import simulate
 from slipctl.theory.reference import Line, Placement
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.slip import NoSlip, ProportionalSlip
-from slipctl.tick import Start, Status
-from tests.builders import at_origin, full, nominal_law, ode_plant, planned_start, rows_of, track
+from slipctl.tick import Status
+from tests.builders import at_origin, full, nominal_law, ode_plant, planned_start, rows_of, start_of, track
 
 TICK = 0.02
 
@@ -20,7 +22,7 @@ def test_every_row_is_written_once_and_in_order():
     references = rows_of(lines(0.3), TICK, 1.0)
     seen = []
     ending = simulate(
-        ode_plant(NoSlip(), 1),
+        ode_plant(NoSlip(1), 1),
         nominal_law(full(1, -1.0)),
         references,
         planned_start(references),
@@ -64,7 +66,7 @@ def test_memory_goes_from_decision_to_decision():
     references = rows_of(lines(0.3), TICK, 0.4)
     law = nominal_law(full(1, -1.0))
     run = track(ode_plant(ProportionalSlip(*(full(1, 0.3),) * 3), 1), law, references, TICK)
-    memory = law.start(full(1, 0.3))
+    memory = law.start(planned_start(references))
     for row in run.rows:
         again = law.update(memory, row.reference, row.motion, TICK)
         np.testing.assert_array_equal(again.command.wheel_rate, row.decision.command.wheel_rate)
@@ -74,7 +76,7 @@ def test_memory_goes_from_decision_to_decision():
 
 def test_world_that_ends_early_keeps_the_row_before_its_end_and_the_others_run_on():
     arena = np.array([0.5, 50.0, 0.9])
-    plant = KinematicOde(MAGELLAN_PRO, NoSlip(), arena)
+    plant = KinematicOde(MAGELLAN_PRO, NoSlip(len(arena)), arena)
     run = track(plant, nominal_law(full(3, -1.0)), rows_of(lines(1.0, 1.0, 1.0), TICK, 2.0), TICK)
     assert len(run.rows) == 101
     expected = [Status.LEFT_THE_ARENA, Status.RUNNING, Status.LEFT_THE_ARENA]
@@ -89,7 +91,7 @@ def test_world_that_ends_early_keeps_the_row_before_its_end_and_the_others_run_o
 
 
 def test_loop_stops_when_every_world_has_ended():
-    plant = KinematicOde(MAGELLAN_PRO, NoSlip(), np.array([0.5, 0.7]))
+    plant = KinematicOde(MAGELLAN_PRO, NoSlip(2), np.array([0.5, 0.7]))
     run = track(plant, nominal_law(full(2, -1.0)), rows_of(lines(1.0, 1.0), TICK, 100.0), TICK)
     assert len(run.rows) == run.ending.last_row.max() + 1 < 40
     assert list(run.ending.status) == [Status.LEFT_THE_ARENA] * 2
@@ -99,11 +101,11 @@ def test_diverged_world_is_counted_at_its_last_good_row():
     references = rows_of(lines(0.5, 0.5), TICK, 0.4)
     start = planned_start(references)
     references.acceleration[7:, 0] = np.nan  # the command of row 7 is no number
-    run = track(ode_plant(NoSlip(), 2), nominal_law(full(2, -1.0)), references, TICK, start)
+    run = track(ode_plant(NoSlip(2), 2), nominal_law(full(2, -1.0)), references, TICK, start)
     assert list(run.ending.status) == [Status.DIVERGED, Status.RUNNING]
     assert list(run.ending.last_row) == [7, 20]
     assert np.isfinite(run.stack("motion", "velocity")).all()
-    clean = track(ode_plant(NoSlip(), 1), nominal_law(full(1, -1.0)), rows_of(lines(0.5), TICK, 0.4), TICK)
+    clean = track(ode_plant(NoSlip(1), 1), nominal_law(full(1, -1.0)), rows_of(lines(0.5), TICK, 0.4), TICK)
     np.testing.assert_array_equal(
         run.stack("motion", "position")[:, 1], clean.stack("motion", "position")[:, 0]
     )
@@ -111,8 +113,8 @@ def test_diverged_world_is_counted_at_its_last_good_row():
 
 def test_controller_starts_with_the_planned_speed():
     references = rows_of(lines(0.5), TICK, 0.1)
-    start = Start(np.zeros((1, 2)), np.zeros(1), full(1, 0.2), np.zeros(1))
-    run = track(ode_plant(NoSlip(), 1), nominal_law(full(1, -1.0)), references, TICK, start)
+    start = start_of(np.zeros((1, 2)), np.zeros(1), full(1, 0.2), np.zeros(1))
+    run = track(ode_plant(NoSlip(1), 1), nominal_law(full(1, -1.0)), references, TICK, start)
     assert run.rows[0].motion.forward_speed[0] == 0.2
     command = run.rows[0].decision.command
     assert command.forward_speed[0] == 0.2 + command.forward_acceleration[0] * TICK
@@ -124,8 +126,8 @@ def test_offset_start_is_pulled_in_at_the_rate_of_the_poles():
     line = Line(np.array([0.4]), Placement(np.zeros(1), np.zeros(1), np.zeros(1)))
     references = rows_of(line, tick, 4.0)
     plan = planned_start(references)
-    start = Start(plan.position + np.array([[0.0, 0.1]]), plan.heading, plan.forward_speed, plan.yaw_rate)
-    run = track(ode_plant(NoSlip(), 1), nominal_law(full(1, pole)), references, tick, start)
+    start = replace(plan, position=plan.position + np.array([[0.0, 0.1]]))
+    run = track(ode_plant(NoSlip(1), 1), nominal_law(full(1, pole)), references, tick, start)
     y = run.stack("motion", "position")[:, 0, 1]
     t = np.arange(len(y)) * tick
     np.testing.assert_allclose(y, 0.1 * (1.0 - pole * t) * np.exp(pole * t), rtol=0, atol=3e-4)
@@ -135,7 +137,7 @@ def test_progress_is_told_now_and_then():
     references = rows_of(lines(0.3), TICK, 6.0)
     told = []
     simulate(
-        ode_plant(NoSlip(), 1),
+        ode_plant(NoSlip(1), 1),
         nominal_law(full(1, -1.0)),
         references,
         planned_start(references),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.theory.robot import WheelGeometry
-from slipctl.tick import Array, Command
+from slipctl.tick import Array, SpeedCommand
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class DriveLimits:
 
     def command(
         self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float
-    ) -> tuple[Command, Array, NDArray[np.bool_]]:
+    ) -> tuple[SpeedCommand, Array, NDArray[np.bool_]]:
         """Turn (ū₁, ū₂) into a command within the limits.
 
         Parameters
@@ -56,7 +56,7 @@ class DriveLimits:
 
         Returns
         -------
-        command : Command
+        command : SpeedCommand
         memory : (N,) array
             The speed that the law remembers: what was commanded, so that it cannot wind up past a limit, and
             never below the floor [m/s].
@@ -71,7 +71,7 @@ class DriveLimits:
         scale = np.divide(self.speed_limit, rim, out=np.ones_like(rim), where=beyond)
         saturated = (speed != wanted) | (turn != yaw_rate) | beyond
         speed, turn = speed * scale, turn * scale
-        command = Command(
+        command = SpeedCommand(
             forward_acceleration=np.where(saturated, (speed - commanded_speed) / tick, forward_acceleration),
             forward_speed=speed,
             yaw_rate=turn,

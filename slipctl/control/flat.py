@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from slipctl.control.drive import DriveLimits, SpeedMemory
 from slipctl.theory.flatness import invert_decoupling
-from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference
+from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand
 
 
 def flat_errors(reference: Reference, motion: Motion) -> tuple[Array, Array]:
@@ -24,7 +24,7 @@ def decide(
     flat_input: Array,
     trace: DecisionTrace,
     tick: float,
-) -> Decision:
+) -> Decision[SpeedCommand]:
     """Map a flat input (N, 2) [m/s²] to a limited command; the speed in B is the commanded one."""
     cosine, sine = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
     acceleration, turn = invert_decoupling(memory.forward_speed, cosine, sine, flat_input)

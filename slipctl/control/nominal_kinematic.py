@@ -8,7 +8,7 @@ import numpy as np
 
 from slipctl.control.drive import DriveLimits, SpeedMemory
 from slipctl.control.flat import decide, flat_errors, nominal_input
-from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference
+from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,13 @@ class NominalKinematic:
     drive: DriveLimits
     gains: Array
 
-    def start(self, forward_speed: Array) -> SpeedMemory:
-        """Return the memory for a planned speed (N,) [m/s]; never below the floor."""
-        return SpeedMemory(np.maximum(forward_speed, self.drive.speed_floor))
+    def start(self, start: Start) -> SpeedMemory:
+        """Return the memory at the start: the planned speed, never below the floor."""
+        return SpeedMemory(np.maximum(start.forward_speed, self.drive.speed_floor))
 
-    def update(self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float) -> Decision:
+    def update(
+        self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float
+    ) -> Decision[SpeedCommand]:
         """Decide the command of one tick."""
         position_error, velocity_error = flat_errors(reference, motion)
         nominal = nominal_input(reference, position_error, velocity_error, self.gains)

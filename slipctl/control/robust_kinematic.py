@@ -9,7 +9,7 @@ import numpy as np
 from slipctl.control.drive import DriveLimits, SpeedMemory
 from slipctl.control.flat import decide, flat_errors, nominal_input
 from slipctl.theory.robust import UncertaintyBound, corrective_input, norm
-from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference
+from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,13 @@ class RobustKinematic:
     boundary_layer: Array
     bound: UncertaintyBound
 
-    def start(self, forward_speed: Array) -> SpeedMemory:
-        """Return the memory for a planned speed (N,) [m/s]; never below the floor."""
-        return SpeedMemory(np.maximum(forward_speed, self.drive.speed_floor))
+    def start(self, start: Start) -> SpeedMemory:
+        """Return the memory at the start: the planned speed, never below the floor."""
+        return SpeedMemory(np.maximum(start.forward_speed, self.drive.speed_floor))
 
-    def update(self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float) -> Decision:
+    def update(
+        self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float
+    ) -> Decision[SpeedCommand]:
         """Decide the command of one tick."""
         position_error, velocity_error = flat_errors(reference, motion)
         nominal = nominal_input(reference, position_error, velocity_error, self.gains)

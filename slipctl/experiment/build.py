@@ -113,7 +113,9 @@ def references(worlds: Sequence[World]) -> Reference:
     def by_row(vector: Array) -> Array:
         return np.ascontiguousarray(np.swapaxes(vector, 0, 1))
 
-    return Reference(by_row(planned.position), by_row(planned.velocity), by_row(planned.acceleration))
+    return Reference(
+        by_row(planned.position), by_row(planned.velocity), by_row(planned.acceleration), by_row(planned.jerk)
+    )
 
 
 def _plan(worlds: Sequence[World]) -> plans.Plan:
@@ -159,7 +161,7 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
     planned : Reference
         Rows of the plan, (T + 1, N, 2).
     """
-    speed, heading, _, turn = flat_to_state(planned.velocity[0], planned.acceleration[0])
+    speed, heading, push, turn = flat_to_state(planned.velocity[0], planned.acceleration[0])
     # at rest both rates are 0, and a law lifts the speed that it remembers to its floor
     moving = 1.0 - gather(worlds, lambda scenario: scenario.start.at_rest)
     offset = np.stack(
@@ -170,7 +172,7 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
         axis=-1,
     )
     heading = heading + np.radians(gather(worlds, lambda scenario: scenario.start.heading_offset_deg))
-    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving)
+    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving, push * moving)
 
 
 def slip_law(worlds: Sequence[World]) -> SlipLaw | None:
@@ -194,7 +196,7 @@ def plant(worlds: Sequence[World], geometry: WheelGeometry, threads: int) -> Pla
     if first.plant.kind == "kinematic_ode":
         from slipctl.plants.ode import KinematicOde
 
-        return KinematicOde(geometry, law or NoSlip(), arena)
+        return KinematicOde(geometry, law or NoSlip(len(worlds)), arena)
     from slipctl.plants.ground import Ground
     from slipctl.plants.mujoco import MujocoPlant
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipctl.experiment.batch import Run
 from slipctl.experiment.collect import SIGNALS
+from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
     from slipctl.scenario import World
@@ -120,6 +121,7 @@ def record_worlds(
                 "varied": worlds[world].varied,
                 "seed": worlds[world].seed,
                 "tick": worlds[world].scenario.tick,
+                "units": UNITS,
             },
         )
         for world in chosen

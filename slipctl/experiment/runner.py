@@ -77,6 +77,7 @@ def run(
             _simulate(worlds, robot.geometry, threads, collector, tell)
         except KeyboardInterrupt:
             collector.interrupted = True
+            collector.flush()
             if not collector.runs:
                 raise
         signals = collector.close()

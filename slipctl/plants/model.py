@@ -73,7 +73,14 @@ def load_spec(path: Path) -> mujoco.MjSpec:
         "pair": (spec.pairs, ["left_tyre", "right_tyre"]),
         "sensor": (
             spec.sensors,
-            ["left_tyre_force", "right_tyre_force", "left_wheel_torque", "right_wheel_torque", "forward"],
+            [
+                "left_tyre_force",
+                "right_tyre_force",
+                "left_wheel_torque",
+                "right_wheel_torque",
+                "forward",
+                "velocity",
+            ],
         ),
     }
     missing = []

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from slipctl.plants.ground import Ground, floor_motion, lay, soften, viscosity
 from slipctl.plants.model import Standstill, compile_model, find_model, model_id, settle, shapes
 from slipctl.plants.rows import Columns, MujocoState, unit
+from slipctl.theory.flatness import apply_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import NoSlip, SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Command, Motion, Shape, Start, Status, WheelContact
+from slipctl.tick import Array, BodyPose, Command, Motion, Shape, SpeedCommand, Start, Status, WheelContact
 
 Statuses = NDArray[np.int8]
 Flags = NDArray[np.bool_]
@@ -51,6 +52,8 @@ class MujocoPlant:
         What a viewer draws.
     model_id : str
         ``sha256:…`` of the compiled model file before any edit.
+    wheel_rate_limit : float
+        Above it a torque motor does not push [rad/s].
     """
 
     batch: Batch
@@ -60,6 +63,7 @@ class MujocoPlant:
     arena: Array
     geometry: list[Shape]
     model_id: str
+    wheel_rate_limit: float
     _columns: Columns
 
     @classmethod
@@ -72,6 +76,7 @@ class MujocoPlant:
         timestep: float = 0.001,
         speed_drive: bool = True,
         torque_limit: float = 4.0,
+        wheel_rate_limit: float = math.inf,
         arena: float | Array = 50.0,
         threads: int = 1,
     ) -> MujocoPlant:
@@ -88,9 +93,11 @@ class MujocoPlant:
         timestep : float
             Physics step [s].
         speed_drive : bool
-            Wheel speed servos. Commands of wheel torque are not built yet.
+            Wheel speed servos, told by `SpeedCommand`; otherwise torque motors, told by `TorqueCommand`.
         torque_limit : float
             Of each wheel [N·m].
+        wheel_rate_limit : float
+            A torque motor stops pushing a wheel that is faster, as if it had run out of voltage [rad/s].
         arena : float or (N,) array
             [m].
         threads : int
@@ -100,11 +107,7 @@ class MujocoPlant:
         ------
         ModelError
             If the model cannot be used.
-        NotImplementedError
-            For a torque drive.
         """
-        if not speed_drive:
-            raise NotImplementedError("the wheel_torque drive is not built yet")
         path = find_model(model)
         compiled = compile_model(path, timestep, speed_drive, torque_limit, moving_floor=slip_law is not None)
         count = len(ground.friction)
@@ -121,6 +124,7 @@ class MujocoPlant:
             arena=np.array(np.broadcast_to(np.asarray(arena, dtype=np.float64), (count,))),
             geometry=shapes(compiled),
             model_id=model_id(path),
+            wheel_rate_limit=wheel_rate_limit,
             _columns=_columns(batch),
         )
 
@@ -146,7 +150,8 @@ class MujocoPlant:
         columns, heading = self._columns, start.heading.tolist()
         cosine = np.array([math.cos(angle) for angle in heading])
         sine = np.array([math.sin(angle) for angle in heading])
-        slip = (self.slip_law or NoSlip())(0.0, start.forward_speed)
+        law = self.slip_law or NoSlip(len(heading))
+        slip = law.affine(0.0).at(start.forward_speed)
 
         self.batch.reset(stage=int(mujoco.mjtStage.mjSTAGE_NONE))
         rows = self.batch.state.copy()
@@ -159,16 +164,20 @@ class MujocoPlant:
         rows[:, columns.yaw_rate] = start.yaw_rate + slip.yaw
         wheel_rate = self._wheels.wheel_rates(start.forward_speed, start.yaw_rate)
         rows[:, columns.wheel_rate] = wheel_rate
-        rows[:, columns.control] = wheel_rate
+        if self._servos:
+            rows[:, columns.control] = wheel_rate
 
-        state = MujocoState(rows, np.empty(0), 0.0, np.zeros(len(rows), dtype=np.int8))
-        self._load(state, wheel_rate, tick=0.0)
+        planned = apply_decoupling(
+            start.forward_speed, cosine, sine, start.forward_acceleration, start.yaw_rate + slip.yaw
+        )
+        state = MujocoState(rows, np.empty(0), planned, 0.0, np.zeros(len(rows), dtype=np.int8))
+        self._load(state, rows[:, columns.control], tick=0.0)
         self.batch.forward()
         return replace(state, sensors=np.array(self.batch.bind("sensordata")))
 
     def observe(self, state: MujocoState) -> Motion:
         """Return the motion at the state's instant."""
-        return self._columns.motion(state.rows, self._wheels)
+        return self._columns.motion(state, self._wheels)
 
     def details(self, state: MujocoState) -> tuple[BodyPose, WheelContact]:
         """Return the poses, and the wheels' forces over the last physics step (at the start: the first)."""
@@ -191,7 +200,7 @@ class MujocoPlant:
         running = state.status == Status.RUNNING
         if not running.any():
             return replace(state, time=state.time + tick)
-        self._load(state, command.wheel_rate, tick)
+        self._load(state, self._told(state, command), tick)
         warned = self.batch.warning[..., 1].copy()
         good = running.copy()
         try:
@@ -206,9 +215,13 @@ class MujocoPlant:
         good &= np.abs(rows[:, 0] - state.rows[:, 0] - tick) < 0.5 * timestep
         good &= np.isfinite(rows).all(axis=1)
         sensors = np.array(self.batch.bind("sensordata"))
+        columns = self._columns
+        acceleration = (rows[:, columns.velocity] - sensors[:, columns.velocity_before]) / timestep
         if not good.all():
             rows[~good], sensors[~good] = state.rows[~good], state.sensors[~good]
-        return MujocoState(rows, sensors, state.time + tick, self._judged(state.status, rows, running, good))
+            acceleration[~good] = state.acceleration[~good]
+        status = self._judged(state.status, rows, running, good)
+        return MujocoState(rows, sensors, acceleration, state.time + tick, status)
 
     def _judged(self, status: Statuses, rows: Array, running: Flags, good: Flags) -> Statuses:
         new = status.copy()
@@ -217,17 +230,38 @@ class MujocoPlant:
         new[running & ~good] = Status.DIVERGED
         return new
 
-    def _load(self, state: MujocoState, wheel_rate: Array, tick: float) -> None:
+    @property
+    def _servos(self) -> bool:
+        return bool((self._columns.motor.damping != 0.0).all())
+
+    def _told(self, state: MujocoState, command: Command) -> Array:
+        """Return what the actuators are told (N, 2): set points of servos, or torques held for the tick.
+
+        Raises
+        ------
+        TypeError
+            If the command is of the other drive.
+        """
+        if isinstance(command, SpeedCommand) is not self._servos:
+            raise TypeError(f"a {type(command).__name__} does not fit the drive of this plant")
+        if isinstance(command, SpeedCommand):
+            return command.wheel_rate
+        torque = (command.wheel_torque_start + command.wheel_torque_end) / 2.0
+        rate = state.rows[:, self._columns.wheel_rate]
+        spent = (np.abs(rate) >= self.wheel_rate_limit) & (torque * rate > 0.0)
+        return np.where(spent, 0.0, torque)
+
+    def _load(self, state: MujocoState, wheel_command: Array, tick: float) -> None:
         """Write the state, the command, and whatever the ground makes of them into the batch."""
         batch = self.batch
         batch.state[...] = state.rows
-        batch.bind("ctrl")[...] = wheel_rate
+        batch.bind("ctrl")[...] = wheel_command
         speed = state.rows[:, self._columns.wheel_rate] * self.wheel_radius
         if not np.isnan(self.ground.creep_stiffness).all():
             soften(batch, viscosity(self.ground, speed), self.standstill.tyre)
         if self.slip_law is not None:
             motion = self.observe(state)
-            slip = self.slip_law(state.time, motion.forward_speed)
+            slip = self.slip_law.affine(state.time).at(motion.forward_speed)
             surface = floor_motion(slip, *_ahead(motion, 0.5 * tick))
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Command, Motion, Start, Status, WheelContact
+from slipctl.tick import Array, BodyPose, Motion, SpeedCommand, Start, Status, WheelContact
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class OdeState:
         θ [rad] and v [m/s].
     yaw_rate : (N,) array
         The w in force before this instant [rad/s].
+    wheel_angle : (N, 2) array
+        Left, right [rad].
     status : (N,) int8 array
         Values of `Status`.
     """
@@ -35,6 +37,7 @@ class OdeState:
     heading: Array
     forward_speed: Array
     yaw_rate: Array
+    wheel_angle: Array
     status: NDArray[np.int8]
 
 
@@ -66,12 +69,13 @@ class KinematicOde:
             heading=start.heading.copy(),
             forward_speed=start.forward_speed.copy(),
             yaw_rate=start.yaw_rate.copy(),
+            wheel_angle=np.zeros_like(start.position),
             status=np.zeros(len(start.heading), dtype=np.int8),
         )
 
     def observe(self, state: OdeState) -> Motion:
         """Return the motion at the state's instant, before a new command takes force."""
-        slip = self.slip_law(state.time, state.forward_speed)
+        slip = self.slip_law.affine(state.time).at(state.forward_speed)
         cosine, sine = np.cos(state.heading), np.sin(state.heading)
         velocity = slipping_velocity(state.forward_speed, slip, cosine, sine)
         return Motion(
@@ -80,15 +84,17 @@ class KinematicOde:
             heading_vector=np.stack([cosine, sine], axis=-1),
             heading_rate=state.yaw_rate + slip.yaw,
             wheel_rate=self.geometry.wheel_rates(state.forward_speed, state.yaw_rate),
+            wheel_angle=state.wheel_angle,
             forward_speed=state.forward_speed,
             yaw_rate=state.yaw_rate,
+            acceleration=None,
         )
 
     def details(self, state: OdeState) -> tuple[BodyPose, WheelContact] | None:
         """Return None: a kinematic model has neither bodies nor contacts."""
         return None
 
-    def step(self, state: OdeState, command: Command, tick: float) -> OdeState:
+    def step(self, state: OdeState, command: SpeedCommand, tick: float) -> OdeState:
         """Return the state one tick [s] later.
 
         A world that ended stays where it is; one that diverged keeps its last finite state.
@@ -99,7 +105,7 @@ class KinematicOde:
 
         def derivative(elapsed: float, heading: Array) -> tuple[Array, Array, Array]:
             speed = state.forward_speed + rate * elapsed
-            slip = self.slip_law(state.time + elapsed, speed)
+            slip = self.slip_law.affine(state.time + elapsed).at(speed)
             x_rate, y_rate = slipping_velocity(speed, slip, np.cos(heading), np.sin(heading))
             return x_rate, y_rate, turn + slip.yaw
 
@@ -119,6 +125,8 @@ class KinematicOde:
                 # not v + ū₁·tick: the law remembers the speed it commanded, to the last bit
                 forward_speed=command.forward_speed,
                 yaw_rate=turn,
+                wheel_angle=state.wheel_angle
+                + self.geometry.wheel_rates((state.forward_speed + command.forward_speed) / 2.0, turn) * tick,
                 status=state.status,
             )
         return self._judged(state, new)
@@ -142,5 +150,6 @@ class KinematicOde:
             heading=np.where(moves, new.heading, old.heading),
             forward_speed=np.where(moves, new.forward_speed, old.forward_speed),
             yaw_rate=np.where(moves, new.yaw_rate, old.yaw_rate),
+            wheel_angle=np.where(moves[:, None], new.wheel_angle, old.wheel_angle),
             status=status,
         )

@@ -26,6 +26,8 @@ class MujocoState:
         The engine's ``mjSTATE_INTEGRATION`` of every world.
     sensors : (N, nsensordata) array
         Forces belong to the last physics step, so they are one physics step older than the pose.
+    acceleration : (N, 2) array
+        Of the body origin over the last physics step, world x, y [m/s²]; at the start the planned one.
     time : float
         [s].
     status : (N,) int8 array
@@ -35,6 +37,7 @@ class MujocoState:
 
     rows: Array
     sensors: Array
+    acceleration: Array
     time: float
     status: NDArray[np.int8]
 
@@ -93,6 +96,8 @@ class Columns:
         Sensors: left, right [N·m].
     forward : slice
         Sensors: world x, y of the body's forward axis at the instant of the forces.
+    velocity_before : slice
+        Sensors: world x, y rates of the base one physics step ago [m/s].
     control : slice
         Commands of the left, right wheel.
     motor : Motor
@@ -107,6 +112,7 @@ class Columns:
     force: list[slice]
     torque: list[int]
     forward: slice
+    velocity_before: slice
     control: slice
     motor: Motor
 
@@ -118,6 +124,7 @@ class Columns:
         axles = [model.joint(f"{side}_axle") for side in WHEELS]
         forces = [int(model.sensor(f"{side}_tyre_force").adr[0]) for side in WHEELS]
         forward = int(model.sensor("forward").adr[0])
+        before = int(model.sensor("velocity").adr[0])
         return cls(
             position=slice(q, q + 3),
             quaternion=slice(q + 3, q + 7),
@@ -128,12 +135,14 @@ class Columns:
             force=[slice(adr, adr + 3) for adr in forces],
             torque=[int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS],
             forward=slice(forward, forward + 2),
+            velocity_before=slice(before, before + 2),
             control=slice(ctrl, ctrl + 2),
             motor=Motor.of(model),
         )
 
-    def motion(self, rows: Array, geometry: WheelGeometry) -> Motion:
-        """Return the motion, from positions and velocities only: what MuJoCo derives is one step older."""
+    def motion(self, state: MujocoState, geometry: WheelGeometry) -> Motion:
+        """Return the motion, from positions and velocities: what MuJoCo derives is one step older."""
+        rows = state.rows
         w, x, y, z = (rows[:, self.quaternion.start + i] for i in range(4))
         wheel_rate = rows[:, self.wheel_rate]
         forward_speed, yaw_rate = geometry.body_rates(wheel_rate)
@@ -143,8 +152,10 @@ class Columns:
             heading_vector=unit(w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z)),
             heading_rate=rows[:, self.yaw_rate],
             wheel_rate=wheel_rate,
+            wheel_angle=rows[:, self.wheel_angle],
             forward_speed=forward_speed,
             yaw_rate=yaw_rate,
+            acceleration=state.acceleration,
         )
 
     def pose(self, rows: Array) -> BodyPose:
@@ -152,7 +163,6 @@ class Columns:
         return BodyPose(
             height=rows[:, self.position.start + 2],
             quaternion=rows[:, self.quaternion],
-            wheel_angle=rows[:, self.wheel_angle],
         )
 
     def contact(self, rows: Array, sensors: Array, friction: Array) -> WheelContact:

@@ -1,7 +1,7 @@
 """Desired trajectories, planned in the space of the flat output.
 
-Every plan has parameters (N,) and answers `at(times)` with arrays (N, T, 2): position [m], velocity [m/s] and
-acceleration [m/s²]. A plan is laid out in its own frame and then placed by a `Placement`.
+Every plan has parameters (N,) and answers `at(times)` with arrays (N, T, 2): position [m], velocity [m/s],
+acceleration [m/s²] and jerk [m/s³]. A plan is laid out in its own frame and then placed by a `Placement`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Placement:
     y: Array
     heading: Array
 
-    def place(self, position: Array, velocity: Array, acceleration: Array) -> Reference:
+    def place(self, position: Array, velocity: Array, acceleration: Array, jerk: Array) -> Reference:
         """Return a reference of world vectors (N, T, 2) from vectors in the plan's frame."""
         cosine, sine = np.cos(self.heading)[:, None], np.sin(self.heading)[:, None]
 
@@ -48,29 +48,34 @@ class Placement:
             return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
         origin = np.stack([self.x, self.y], axis=-1)[:, None, :]
-        return Reference(origin + turned(position), turned(velocity), turned(acceleration))
+        return Reference(origin + turned(position), turned(velocity), turned(acceleration), turned(jerk))
 
 
-def _polynomial(coefficients: Array, times: Array) -> tuple[Array, Array, Array]:
-    """Evaluate polynomials (N, 2, 4), constant first, and two derivatives at (N, T): (N, T, 2) each."""
-    c = coefficients[:, None, :, :]
+def _polynomial(coefficients: Array, times: Array, derivatives: int) -> list[Array]:
+    """Evaluate polynomials (N, 2, K), constant first, and their derivatives at (N, T): (N, T, 2) each."""
     t = times[:, :, None]
-    value = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
-    first = c[..., 1] + t * (2.0 * c[..., 2] + t * (3.0 * c[..., 3]))
-    second = 2.0 * c[..., 2] + t * (6.0 * c[..., 3])
-    return value, first, second
+    values = []
+    for _ in range(derivatives + 1):
+        value = np.zeros((*times.shape, 2))
+        for power in reversed(range(coefficients.shape[-1])):
+            value = value * t + coefficients[:, None, :, power]
+        values.append(value)
+        coefficients = coefficients[..., 1:] * np.arange(1.0, coefficients.shape[-1])
+    return values
 
 
 @dataclass(frozen=True)
 class PointToPoint:
-    """Cubic flat outputs between two poses with speeds, Section V with Table I.
+    """Polynomial flat outputs between two poses with speeds, Section V with Table I.
 
-    After `duration` the plan goes on at its final velocity.
+    Cubic, or quintic where the ends also have a yaw rate and an acceleration (Section V-B). After `duration`
+    the plan goes on at its final velocity.
 
     Attributes
     ----------
-    start, goal : (N, 4) arrays
-        x, y [m], heading [rad], speed [m/s] at the ends.
+    start, goal : (N, 4) or (N, 6) arrays
+        x, y [m], heading [rad], speed [m/s] and, for a quintic, yaw rate [rad/s] and forward acceleration
+        [m/s²] at the ends.
     duration : (N,) array
         [s].
     placement : Placement
@@ -86,23 +91,35 @@ class PointToPoint:
         total = self.duration[:, None]
         clock = np.broadcast_to(times[None, :], (len(self.duration), len(times)))
         inside = np.minimum(clock, total)
-        position, velocity, acceleration = _polynomial(self._coefficients(), inside)
+        position, velocity, acceleration, jerk = _polynomial(self._coefficients(), inside, 3)
         beyond = (clock > total)[:, :, None]
         position = np.where(beyond, position + velocity * (clock - inside)[:, :, None], position)
-        return self.placement.place(position, velocity, np.where(beyond, 0.0, acceleration))
+        acceleration, jerk = np.where(beyond, 0.0, acceleration), np.where(beyond, 0.0, jerk)
+        return self.placement.place(position, velocity, acceleration, jerk)
 
     def _coefficients(self) -> Array:
-        def ends(pose: Array) -> tuple[Array, Array]:
-            heading, speed = pose[:, 2], pose[:, 3]
-            return pose[:, :2], np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
-
-        (p0, v0), (p1, v1) = ends(self.start), ends(self.goal)
+        """Return (N, 2, 4) or (N, 2, 6) coefficients, constant first."""
+        (p0, v0, a0), (p1, v1, a1) = _ends(self.start), _ends(self.goal)
         total = self.duration[:, None]
-        gap = p1 - p0 - v0 * total
-        turn = v1 - v0
-        quadratic = 3.0 * gap / total**2 - turn / total
-        cubic = -2.0 * gap / total**3 + turn / total**2
-        return np.stack([p0, v0, quadratic, cubic], axis=-1)
+        gap, turn = p1 - p0 - v0 * total, v1 - v0
+        if self.start.shape[-1] == 4:
+            quadratic = 3.0 * gap / total**2 - turn / total
+            cubic = -2.0 * gap / total**3 + turn / total**2
+            return np.stack([p0, v0, quadratic, cubic], axis=-1)
+        gap, turn, bend = gap - a0 * total**2 / 2.0, turn - a0 * total, a1 - a0
+        cubic = (10.0 * gap - 4.0 * turn * total + bend * total**2 / 2.0) / total**3
+        quartic = (-15.0 * gap + 7.0 * turn * total - bend * total**2) / total**4
+        fifth = (6.0 * gap - 3.0 * turn * total + bend * total**2 / 2.0) / total**5
+        return np.stack([p0, v0, a0 / 2.0, cubic, quartic, fifth], axis=-1)
+
+
+def _ends(pose: Array) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration (N, 2) of an end; a cubic's acceleration is not used."""
+    cosine, sine, speed = np.cos(pose[:, 2]), np.sin(pose[:, 2]), pose[:, 3]
+    forward, across = (pose[:, 5], speed * pose[:, 4]) if pose.shape[-1] == 6 else (0.0 * speed, 0.0 * speed)
+    velocity = np.stack([speed * cosine, speed * sine], axis=-1)
+    acceleration = np.stack([forward * cosine - across * sine, forward * sine + across * cosine], axis=-1)
+    return pose[:, :2], velocity, acceleration
 
 
 @dataclass(frozen=True)
@@ -125,10 +142,9 @@ class Line:
         along = self.speed[:, None] * times[None, :]
         zero = np.zeros_like(along)
         speed = np.broadcast_to(self.speed[:, None], along.shape)
+        still = np.stack([zero, zero], axis=-1)
         return self.placement.place(
-            np.stack([along, zero], axis=-1),
-            np.stack([speed, zero], axis=-1),
-            np.stack([zero, zero], axis=-1),
+            np.stack([along, zero], axis=-1), np.stack([speed, zero], axis=-1), still, still
         )
 
 
@@ -159,7 +175,8 @@ class Circle:
         position = np.stack([radius * sine, radius * (1.0 - cosine)], axis=-1)
         velocity = (radius * rate)[..., None] * np.stack([cosine, sine], axis=-1)
         acceleration = (radius * rate * rate)[..., None] * np.stack([-sine, cosine], axis=-1)
-        return self.placement.place(position, velocity, acceleration)
+        jerk = (radius * rate * rate * rate)[..., None] * np.stack([-cosine, -sine], axis=-1)
+        return self.placement.place(position, velocity, acceleration, jerk)
 
 
 @dataclass(frozen=True)
@@ -190,7 +207,8 @@ class FigureEight:
         velocity = np.stack([half * rate * c1, half * rate * c2], axis=-1)
         squared = half * rate * rate
         acceleration = np.stack([-squared * s1, -2.0 * squared * s2], axis=-1)
-        return self.placement.place(position, velocity, acceleration)
+        jerk = np.stack([-squared * rate * c1, -4.0 * squared * rate * c2], axis=-1)
+        return self.placement.place(position, velocity, acceleration, jerk)
 
 
 def figure_eight_rate(length: Array, speed: Array) -> Array:

@@ -14,22 +14,63 @@ import numpy as np
 from slipctl.tick import Array, Motion, Slip
 
 
-class SlipLaw(Protocol):
-    """A prescribed slip, as a function of time and of the signed wheel-derived speed."""
+@dataclass(frozen=True)
+class Affine:
+    """Slip as offset + fraction · v at one instant.
 
-    def __call__(self, time: float, forward_speed: Array) -> Slip:
-        """Return the slip at `time` [s] for wheel speeds `forward_speed` (N,) [m/s]."""
+    Attributes
+    ----------
+    fraction : Slip
+        v_t/v, v_s/v [1] and w_s/v [rad/m], (N,) each.
+    offset : Slip
+        [m/s], [m/s], [rad/s], (N,) each.
+    """
+
+    fraction: Slip
+    offset: Slip
+
+    def at(self, forward_speed: Array) -> Slip:
+        """Return the slip for wheel speeds (N,) [m/s]."""
+        fraction, offset = self.fraction, self.offset
+        return Slip(
+            fraction.longitudinal * forward_speed + offset.longitudinal,
+            fraction.lateral * forward_speed + offset.lateral,
+            fraction.yaw * forward_speed + offset.yaw,
+        )
+
+
+class SlipLaw(Protocol):
+    """A prescribed slip, affine in the signed wheel-derived speed."""
+
+    def affine(self, time: float) -> Affine:
+        """Return fraction and offset at `time` [s]."""
+        ...
+
+    def affine_rate(self, time: float) -> Affine:
+        """Return the time derivatives of fraction and offset [1/s]."""
         ...
 
 
 @dataclass(frozen=True)
 class NoSlip:
-    """Rolling without slip."""
+    """Rolling without slip.
 
-    def __call__(self, time: float, forward_speed: Array) -> Slip:
-        """Return zero slip, (N,) each."""
-        zero = np.zeros_like(forward_speed)
-        return Slip(zero, zero, zero)
+    Attributes
+    ----------
+    worlds : int
+        N.
+    """
+
+    worlds: int
+
+    def affine(self, time: float) -> Affine:
+        """Return zeros."""
+        zero = np.zeros(self.worlds)
+        return Affine(Slip(zero, zero, zero), Slip(zero, zero, zero))
+
+    def affine_rate(self, time: float) -> Affine:
+        """Return zeros."""
+        return self.affine(time)
 
 
 @dataclass(frozen=True)
@@ -48,9 +89,13 @@ class ProportionalSlip:
     lateral: Array
     yaw: Array
 
-    def __call__(self, time: float, forward_speed: Array) -> Slip:
-        """Return the slip for wheel speeds (N,) [m/s]; `time` plays no part."""
-        return Slip(self.longitudinal * forward_speed, self.lateral * forward_speed, self.yaw * forward_speed)
+    def affine(self, time: float) -> Affine:
+        """Return the constant fractions; `time` plays no part."""
+        return Affine(Slip(self.longitudinal, self.lateral, self.yaw), _none(self.longitudinal))
+
+    def affine_rate(self, time: float) -> Affine:
+        """Return zeros: the fractions are constant."""
+        return Affine(_none(self.longitudinal), _none(self.longitudinal))
 
 
 @dataclass(frozen=True)
@@ -70,10 +115,68 @@ class SinusoidalSlip:
     yaw: Array
     period: Array
 
-    def __call__(self, time: float, forward_speed: Array) -> Slip:
-        """Return the slip at `time` [s] for wheel speeds (N,) [m/s]."""
-        swing = np.sin(2.0 * math.pi * time / self.period) * forward_speed
-        return Slip(self.longitudinal * swing, self.lateral * swing, self.yaw * swing)
+    def affine(self, time: float) -> Affine:
+        """Return the fractions at `time` [s]."""
+        return self._scaled(np.sin(2.0 * math.pi * time / self.period))
+
+    def affine_rate(self, time: float) -> Affine:
+        """Return how fast the fractions change at `time` [s]."""
+        rate = 2.0 * math.pi / self.period
+        return self._scaled(rate * np.cos(rate * time))
+
+    def _scaled(self, factor: Array) -> Affine:
+        fraction = Slip(self.longitudinal * factor, self.lateral * factor, self.yaw * factor)
+        return Affine(fraction, _none(factor))
+
+
+@dataclass(frozen=True)
+class SeriesSlip:
+    """Slip velocities given over time, whatever the wheels do; linear between samples, held at the ends.
+
+    Attributes
+    ----------
+    times : (K,) array
+        Ascending [s].
+    longitudinal, lateral, yaw : (N, K) arrays
+        [m/s], [m/s], [rad/s].
+    """
+
+    times: Array
+    longitudinal: Array
+    lateral: Array
+    yaw: Array
+
+    def affine(self, time: float) -> Affine:
+        """Return the slip at `time` [s] as an offset."""
+        index, share = self._place(time)
+
+        def between(series: Array) -> Array:
+            return series[:, index] + share * (series[:, index + 1] - series[:, index])
+
+        offset = Slip(between(self.longitudinal), between(self.lateral), between(self.yaw))
+        return Affine(_none(offset.yaw), offset)
+
+    def affine_rate(self, time: float) -> Affine:
+        """Return the slope of the series at `time` [s], the right-hand one at a sample; 0 beyond the ends."""
+        index, _ = self._place(time)
+        inside = self.times[0] <= time < self.times[-1]
+        step = (self.times[index + 1] - self.times[index]) if inside else math.inf
+
+        def slope(series: Array) -> Array:
+            return (series[:, index + 1] - series[:, index]) / step
+
+        offset = Slip(slope(self.longitudinal), slope(self.lateral), slope(self.yaw))
+        return Affine(_none(offset.yaw), offset)
+
+    def _place(self, time: float) -> tuple[int, float]:
+        index = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.times) - 2))
+        left, right = float(self.times[index]), float(self.times[index + 1])
+        return index, min(max((time - left) / (right - left), 0.0), 1.0)
+
+
+def _none(like: Array) -> Slip:
+    zero = np.zeros_like(like)
+    return Slip(zero, zero, zero)
 
 
 def slipping_velocity(forward_speed: Array, slip: Slip, cosine: Array, sine: Array) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from slipctl.control.flat import flat_errors, nominal_input
 from slipctl.theory.flatness import apply_decoupling
 from slipctl.theory.robust import UNCERTAINTIES
 from slipctl.tick import Motion, Reference
-from tests.builders import full, nominal_law, robust_law, wide_drive
+from tests.builders import full, nominal_law, robust_law, start_of, wide_drive
 
 TICK = 0.01
 components = st.floats(-2.0, 2.0)
@@ -25,14 +25,21 @@ def pair(x, y):
 
 
 def reference(position=(0, 0), velocity=(0, 0), acceleration=(0, 0)):
-    return Reference(pair(*position), pair(*velocity), pair(*acceleration))
+    return Reference(pair(*position), pair(*velocity), pair(*acceleration), pair(0, 0))
 
 
 def motion(position=(0, 0), velocity=(0, 0), heading=0.0):
     """Return a motion whose wheel-derived fields are no numbers: the law must go by its own memory."""
     unknown = np.full(1, np.nan)
     vector = pair(math.cos(heading), math.sin(heading))
-    return Motion(pair(*position), pair(*velocity), vector, unknown, pair(np.nan, np.nan), unknown, unknown)
+    nothing = pair(np.nan, np.nan)
+    return Motion(
+        pair(*position), pair(*velocity), vector, unknown, nothing, nothing, unknown, unknown, nothing
+    )
+
+
+def start_at(speed):
+    return start_of(pair(0, 0), np.zeros(1), np.array([speed]), np.zeros(1))
 
 
 def laws():
@@ -134,8 +141,8 @@ def test_paper_gain_uses_the_forward_part_of_the_nominal_input():
 def test_memory_starts_at_the_planned_speed_and_never_below_the_floor():
     for law in laws():
         floor = law.drive.speed_floor[0]
-        assert law.start(np.array([0.7])).forward_speed[0] == 0.7
-        assert law.start(np.array([0.0])).forward_speed[0] == floor > 0.0
+        assert law.start(start_at(0.7)).forward_speed[0] == 0.7
+        assert law.start(start_at(0.0)).forward_speed[0] == floor > 0.0
 
 
 def test_nominal_law_has_no_gain_to_trace():

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
 from slipctl import scenario as files
 from slipctl.experiment import run
+from slipctl.experiment.batch import Run
 from slipctl.experiment.folder import OutputError
 from slipctl.experiment.record import RecordChoiceError, worlds_to_record
 from slipctl.metrics import UNITS
@@ -76,18 +79,23 @@ def test_machine_output_is_the_contract():
     assert output["runs"][1]["metrics"]["guarantee_fraction"] is not None
 
 
+def folder_of(scenario: files.Scenario, out: Path, **options) -> Path:
+    folder = run(scenario, out=out, record="none", **options).folder
+    assert folder is not None
+    return folder
+
+
 def parquet_bytes(folder) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.parquet"))}
 
 
 @pytest.mark.parametrize("tables", [SWEEP, ODE | {"sweep": {"slip.longitudinal": [0.0, 0.1, 0.3]}}])
 def test_bytes_do_not_depend_on_batches_or_threads(tables, tmp_path, monkeypatch):
-    whole = parquet_bytes(run(small(**tables), out=tmp_path, record="none", threads=1).folder)
+    whole = parquet_bytes(folder_of(small(**tables), tmp_path, threads=1))
     assert set(whole) == {"metrics.parquet", "signals.parquet"}
     for largest, threads in ((1, 1), (2, 2), (64, 3)):
         monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", largest)
-        again = run(small(**tables), out=tmp_path, record="none", threads=threads)
-        assert parquet_bytes(again.folder) == whole
+        assert parquet_bytes(folder_of(small(**tables), tmp_path, threads=threads)) == whole
 
 
 def test_a_world_of_a_grid_equals_the_same_world_alone():
@@ -100,7 +108,7 @@ def test_a_world_of_a_grid_equals_the_same_world_alone():
 
 def test_folders_are_whole_and_never_overwritten(tmp_path):
     scenario = small(**ODE)
-    folders = [run(scenario, out=tmp_path, record="none").folder for _ in range(3)]
+    folders = [folder_of(scenario, tmp_path) for _ in range(3)]
     assert [folder.name for folder in folders] == ["small", "small-2", "small-3"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["small", "small-2", "small-3"]
     manifest = json.loads((folders[0] / "manifest.json").read_text())
@@ -138,6 +146,7 @@ def test_ctrl_c_keeps_what_has_finished(tmp_path, monkeypatch):
 
     result = run(small(**SWEEP), out=tmp_path, record="none", progress=stop)
     assert result.interrupted
+    assert result.folder is not None
     finished = result.metrics["run"].to_pylist()
     assert finished == list(range(len(finished)))
     assert 0 < len(finished) < 10
@@ -196,17 +205,25 @@ def test_a_swept_controller_key_reaches_that_controller_only():
 def test_which_worlds_are_recorded():
     result = run(small(**ODE, sweep={"slip.longitudinal": [0.0, 0.4, 0.2]}))
 
-    class Finished:
-        def __init__(self, row):
-            self.world, self.status, self.metrics = row["world"], row["status"], row
-
-    runs = [Finished(row) for row in result.metrics.to_pylist()]
+    runs = [
+        Run(
+            index=row["run"],
+            world=row["world"],
+            label=row["controller"],
+            kind=row["kind"],
+            status=row["status"],
+            end_time=row["end_time"],
+            metrics={name: row[name] for name in UNITS},
+            signals=result.run_signals(row["run"]),
+        )
+        for row in result.metrics.to_pylist()
+    ]
     assert worlds_to_record("none", runs, 3)[0] == []
     assert worlds_to_record("all", runs, 3) == ([0, 1, 2], "3 recordings: one per world")
     chosen, note = worlds_to_record("worst:2", runs, 3)
     assert chosen == [1, 2]
     assert note.startswith("2 recordings of 3 worlds")
-    runs[0].status = "tipped"
+    runs[0] = replace(runs[0], status="tipped")
     assert worlds_to_record("worst:1", runs, 3)[0] == [0]
     with pytest.raises(RecordChoiceError, match="worst:N"):
         worlds_to_record("wurst:1", runs, 3)

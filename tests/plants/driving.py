@@ -13,7 +13,8 @@ from slipctl.plants.mujoco import MujocoPlant
 from slipctl.plants.rows import MujocoState
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.slip import measure_slip
-from slipctl.tick import Array, Command, Motion, Slip, Start, WheelContact
+from slipctl.tick import Array, Motion, Slip, SpeedCommand, Start, WheelContact
+from tests.builders import start_of
 
 MASS = 18.2
 WEIGHT = MASS * 9.81
@@ -40,8 +41,8 @@ def ground(
     )
 
 
-def command(forward_speed: Array, yaw_rate: Array) -> Command:
-    return Command(
+def command(forward_speed: Array, yaw_rate: Array) -> SpeedCommand:
+    return SpeedCommand(
         forward_acceleration=np.zeros_like(forward_speed),
         forward_speed=forward_speed,
         yaw_rate=yaw_rate,
@@ -50,7 +51,7 @@ def command(forward_speed: Array, yaw_rate: Array) -> Command:
 
 
 def start(worlds: int = 1, heading: float = 0.0, forward_speed: float = 0.0, yaw_rate: float = 0.0) -> Start:
-    return Start(
+    return start_of(
         np.zeros((worlds, 2)), full(worlds, heading), full(worlds, forward_speed), full(worlds, yaw_rate)
     )
 

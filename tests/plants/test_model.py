@@ -172,8 +172,6 @@ def test_torque_drive_gives_the_torque_it_is_told_up_to_the_limit() -> None:
     assert data.actuator("right_wheel").force[0] == -3.0
     with pytest.raises(ModelError, match="torque limit"):
         compile_model(SHIPPED, speed_drive=False)
-    with pytest.raises(NotImplementedError, match="wheel_torque"):
-        MujocoPlant.build(ground=ground(), speed_drive=False)
 
 
 def test_only_a_moving_floor_is_compiled_to_move() -> None:

@@ -15,8 +15,9 @@ from slipctl.plants.ground import Ground
 from slipctl.plants.mujoco import MujocoPlant
 from slipctl.plants.rows import MujocoState
 from slipctl.theory.robot import MAGELLAN_PRO
-from slipctl.theory.slip import ProportionalSlip, SlipLaw, measure_slip
-from slipctl.tick import Start, Status
+from slipctl.theory.slip import Affine, ProportionalSlip, SlipLaw, measure_slip
+from slipctl.tick import Slip, Start, Status
+from tests.builders import start_of
 from tests.plants.driving import MASS, command, drive, full, ground, pushed, start
 
 WORLDS = 5
@@ -41,7 +42,7 @@ def law(rows: slice = slice(None)) -> ProportionalSlip:
 
 def starts(rows: slice = slice(None)) -> Start:
     i = np.arange(WORLDS)[rows].astype(float)
-    return Start(np.stack([i, -i], axis=-1), 0.9 * i, 0.2 + 0.1 * i, 0.5 - 0.2 * i)
+    return start_of(np.stack([i, -i], axis=-1), 0.9 * i, 0.2 + 0.1 * i, 0.5 - 0.2 * i)
 
 
 def bits(state: MujocoState, rows: slice = slice(None)) -> tuple[bytes, bytes, bytes]:
@@ -144,7 +145,7 @@ def test_start_includes_prescribed_slip() -> None:
     plant = MujocoPlant.build(ground=mixed(), slip_law=law())
     begin = starts()
     slip = measure_slip(plant.observe(plant.start(begin)))
-    wanted = law()(0.0, begin.forward_speed)
+    wanted = law().affine(0.0).at(begin.forward_speed)
     assert slip.longitudinal == pytest.approx(wanted.longitudinal, abs=1e-14)
     assert slip.lateral == pytest.approx(wanted.lateral, abs=1e-14)
     assert slip.yaw == pytest.approx(wanted.yaw, abs=1e-14)
@@ -170,7 +171,7 @@ def test_a_left_turn_has_the_signs_of_a_left_turn() -> None:
     assert contact.lateral_force.sum() == pytest.approx(MASS * 0.5 * 1.0, rel=5e-3)
     assert contact.normal_force[0, 1] > contact.normal_force[0, 0]
     pose, _ = plant.details(state)
-    assert pose.wheel_angle[0] == pytest.approx(
+    assert seen.motion[-1].wheel_angle[0] == pytest.approx(
         MAGELLAN_PRO.wheel_rates(full(1, 0.5), full(1, 1.0))[0], rel=1e-3
     )
     assert 2.0 * math.atan2(pose.quaternion[0, 3], pose.quaternion[0, 0]) == pytest.approx(1.0, abs=2e-3)
@@ -286,35 +287,48 @@ def test_a_tick_must_be_a_multiple_of_the_physics_step() -> None:
             plant.step(state, command(full(1, 0.0), full(1, 0.0)), tick)
 
 
+class Listening(ProportionalSlip):
+    """Proportional slip that keeps what it was asked."""
+
+    def __init__(self, longitudinal: float):
+        super().__init__(full(1, longitudinal), full(1, 0.0), full(1, 0.0))
+        object.__setattr__(self, "times", [])
+        object.__setattr__(self, "speeds", [])
+        self.times: list[float]
+        self.speeds: list[float]
+
+    def affine(self, time: float) -> Affine:
+        self.times.append(time)
+        speeds = self.speeds
+
+        class Told(Affine):
+            def at(self, forward_speed: np.ndarray) -> Slip:
+                speeds.append(float(forward_speed[0]))
+                return super().at(forward_speed)
+
+        plain = super().affine(time)
+        return Told(plain.fraction, plain.offset)
+
+
 def test_time_advances_by_ticks_and_reaches_the_slip_law() -> None:
-    asked = []
-
-    def listening(time: float, forward_speed: np.ndarray):
-        asked.append(time)
-        return ProportionalSlip(full(1, 0.0), full(1, 0.0), full(1, 0.0))(time, forward_speed)
-
-    plant = MujocoPlant.build(ground=ground(), slip_law=listening)
+    law = Listening(0.0)
+    plant = MujocoPlant.build(ground=ground(), slip_law=law)
     state = plant.start(start())
     for _ in range(3):
         state = plant.step(state, command(full(1, 0.1), full(1, 0.0)), 0.02)
     assert state.time == pytest.approx(0.06)
-    assert asked[-3:] == pytest.approx([0.0, 0.02, 0.04])
+    assert law.times[-3:] == pytest.approx([0.0, 0.02, 0.04])
 
 
 def test_the_slip_law_follows_the_measured_signed_wheel_speed() -> None:
     """Not the commanded one, and not its size: stopping from full speed, slip fades with the wheels."""
-    told: list[float] = []
-
-    def listening(time: float, forward_speed: np.ndarray):
-        told.append(float(forward_speed[0]))
-        return ProportionalSlip(full(1, 0.2), full(1, 0.0), full(1, 0.0))(time, forward_speed)
-
-    plant = MujocoPlant.build(ground=ground(), slip_law=listening)
+    law = Listening(0.2)
+    plant = MujocoPlant.build(ground=ground(), slip_law=law)
     state = plant.start(start(forward_speed=-0.5))
     measured = []
     for _ in range(5):
         measured.append(float(plant.observe(state).forward_speed[0]))
         state = plant.step(state, command(full(1, 0.3), full(1, 0.0)), 0.01)
-    assert told[-5:] == measured
+    assert law.speeds[-5:] == measured
     assert measured[0] == pytest.approx(-0.5)
     assert measured[1] not in (-0.5, 0.3)

@@ -7,12 +7,12 @@ from scipy.integrate import solve_ivp
 from slipctl.plants.ode import KinematicOde
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.slip import NoSlip, ProportionalSlip, SinusoidalSlip, measure_slip
-from slipctl.tick import Command, Start, Status
-from tests.builders import full, ode_plant
+from slipctl.tick import SpeedCommand, Status
+from tests.builders import full, ode_plant, start_of
 
 FRACTIONS = np.array([[0.3, -0.2, 0.5], [-0.4, 0.35, -0.6], [0.1, 0.6, 1.5]])
 PERIODS = np.array([0.9, 1.7, 0.33])
-STARTS = Start(
+STARTS = start_of(
     position=np.array([[0.5, -1.0], [2.0, 3.0], [-1.0, 0.2]]),
     heading=np.array([2.1, -3.0, 0.4]),
     forward_speed=np.array([0.3, 1.2, -0.4]),
@@ -23,7 +23,7 @@ STARTS = Start(
 def hold(state, acceleration, turn, tick):
     """Return the command that holds (ū₁, ū₂) from a state over a tick."""
     speed = state.forward_speed + acceleration * tick
-    return Command(acceleration, speed, turn, MAGELLAN_PRO.wheel_rates(speed, turn))
+    return SpeedCommand(acceleration, speed, turn, MAGELLAN_PRO.wheel_rates(speed, turn))
 
 
 def swinging():
@@ -92,8 +92,8 @@ def test_runge_kutta_converges_with_fourth_order():
 
 def test_circle_without_slip_in_closed_form():
     v, w, tick, ticks = 0.7, 1.3, 0.01, 500
-    plant = ode_plant(NoSlip(), 1)
-    state = plant.start(Start(np.array([[1.0, 2.0]]), np.array([0.4]), full(1, v), full(1, w)))
+    plant = ode_plant(NoSlip(1), 1)
+    state = plant.start(start_of(np.array([[1.0, 2.0]]), np.array([0.4]), full(1, v), full(1, w)))
     for k in range(1, ticks + 1):
         state = plant.step(state, hold(state, np.zeros(1), full(1, w), tick), tick)
         angle = 0.4 + w * k * tick
@@ -106,7 +106,7 @@ def test_circle_without_slip_in_closed_form():
 def test_straight_line_with_constant_acceleration_in_closed_form():
     """x = (1 + v_t/v)(v t + u t²/2) and, to the right, y = −(v_s/v)(v t + u t²/2)."""
     plant = ode_plant(ProportionalSlip(full(1, 0.25), full(1, 0.5), np.zeros(1)), 1)
-    state = plant.start(Start(np.zeros((1, 2)), np.zeros(1), full(1, 0.2), np.zeros(1)))
+    state = plant.start(start_of(np.zeros((1, 2)), np.zeros(1), full(1, 0.2), np.zeros(1)))
     for _ in range(100):
         state = plant.step(state, hold(state, full(1, 0.3), np.zeros(1), 0.02), 0.02)
     way = 0.2 * 2.0 + 0.3 * 2.0
@@ -116,7 +116,7 @@ def test_straight_line_with_constant_acceleration_in_closed_form():
 def test_slip_on_a_straight_command_bends_the_path_to_the_side_of_the_yaw_slip():
     """w_s = κ v alone is a circle of curvature κ, to the left."""
     plant = ode_plant(ProportionalSlip(np.zeros(1), np.zeros(1), full(1, 2.0)), 1)
-    state = plant.start(Start(np.zeros((1, 2)), np.zeros(1), full(1, 0.5), np.zeros(1)))
+    state = plant.start(start_of(np.zeros((1, 2)), np.zeros(1), full(1, 0.5), np.zeros(1)))
     for _ in range(100):
         state = plant.step(state, hold(state, np.zeros(1), np.zeros(1), 0.01), 0.01)
     expected = [[math.sin(1.0) / 2.0, (1.0 - math.cos(1.0)) / 2.0]]
@@ -130,7 +130,7 @@ def test_observed_motion_is_that_of_one_instant():
     for _ in range(7):
         state = plant.step(state, hold(state, full(3, 0.4), full(3, -0.8), 0.03), 0.03)
     motion = plant.observe(state)
-    law = swinging()(state.time, state.forward_speed)
+    law = swinging().affine(state.time).at(state.forward_speed)
     slip = measure_slip(motion)
     for name in ("longitudinal", "lateral", "yaw"):
         np.testing.assert_allclose(getattr(slip, name), getattr(law, name), rtol=0, atol=1e-14)
@@ -159,7 +159,7 @@ def test_observed_velocity_is_the_derivative_of_the_position():
 
 def test_slip_acts_from_the_first_instant():
     plant = ode_plant(ProportionalSlip(full(1, 0.4), full(1, 0.4), full(1, 0.4)), 1)
-    motion = plant.observe(plant.start(Start(np.zeros((1, 2)), np.zeros(1), full(1, 0.15), full(1, 0.1))))
+    motion = plant.observe(plant.start(start_of(np.zeros((1, 2)), np.zeros(1), full(1, 0.15), full(1, 0.1))))
     np.testing.assert_allclose(motion.velocity, [[0.21, -0.06]], rtol=1e-14)
     assert motion.heading_rate[0] == pytest.approx(0.1 + 0.06)
     assert motion.yaw_rate[0] == 0.1
@@ -167,9 +167,11 @@ def test_slip_acts_from_the_first_instant():
 
 def test_speed_reached_is_the_commanded_one_and_the_way_there_is_its_mean():
     """Also where the wheels start elsewhere than where the law believes, as they do from rest."""
-    plant = ode_plant(NoSlip(), 1)
-    state = plant.start(Start(np.zeros((1, 2)), np.zeros(1), np.zeros(1), np.zeros(1)))
-    command = Command(full(1, 1.0), full(1, 0.06), np.zeros(1), np.zeros((1, 2)))  # memory 0.05, tick 0.01
+    plant = ode_plant(NoSlip(1), 1)
+    state = plant.start(start_of(np.zeros((1, 2)), np.zeros(1), np.zeros(1), np.zeros(1)))
+    command = SpeedCommand(
+        full(1, 1.0), full(1, 0.06), np.zeros(1), np.zeros((1, 2))
+    )  # memory 0.05, tick 0.01
     state = plant.step(state, command, 0.01)
     assert state.forward_speed[0] == 0.06
     assert state.position[0, 0] == pytest.approx(0.5 * 0.06 * 0.01, rel=1e-12)
@@ -183,13 +185,13 @@ def run(plant, start, command, ticks, tick=0.01):
 
 
 def straight(worlds, speed):
-    return Command(np.zeros(worlds), speed, np.zeros(worlds), np.zeros((worlds, 2)))
+    return SpeedCommand(np.zeros(worlds), speed, np.zeros(worlds), np.zeros((worlds, 2)))
 
 
 def test_world_that_left_the_arena_stays_there_and_the_others_do_not_notice():
     speed = np.array([1.0, 0.1])
-    start = Start(np.zeros((2, 2)), np.zeros(2), speed, np.zeros(2))
-    plant = KinematicOde(MAGELLAN_PRO, NoSlip(), np.array([0.495, 0.495]))
+    start = start_of(np.zeros((2, 2)), np.zeros(2), speed, np.zeros(2))
+    plant = KinematicOde(MAGELLAN_PRO, NoSlip(2), np.array([0.495, 0.495]))
     states = run(plant, start, straight(2, speed), 100)
     status = np.stack([state.status for state in states])
     first = int(np.argmax(status[:, 0] != Status.RUNNING))
@@ -200,17 +202,17 @@ def test_world_that_left_the_arena_stays_there_and_the_others_do_not_notice():
     for state in states[first:]:
         np.testing.assert_array_equal(state.position[0], states[first].position[0])
         assert state.heading[0] == states[first].heading[0]
-    alone = KinematicOde(MAGELLAN_PRO, NoSlip(), np.array([0.495]))
+    alone = KinematicOde(MAGELLAN_PRO, NoSlip(1), np.array([0.495]))
     one = run(
-        alone, Start(np.zeros((1, 2)), np.zeros(1), speed[1:], np.zeros(1)), straight(1, speed[1:]), 100
+        alone, start_of(np.zeros((1, 2)), np.zeros(1), speed[1:], np.zeros(1)), straight(1, speed[1:]), 100
     )
     for many, single in zip(states, one, strict=True):
         np.testing.assert_array_equal(many.position[1], single.position[0])
 
 
 def test_arena_is_measured_from_the_worlds_origin():
-    start = Start(np.array([[3.0, 4.0], [-3.0, -4.0]]), np.zeros(2), full(2, 0.1), np.zeros(2))
-    plant = KinematicOde(MAGELLAN_PRO, NoSlip(), np.array([5.0005, 5.0005]))
+    start = start_of(np.array([[3.0, 4.0], [-3.0, -4.0]]), np.zeros(2), full(2, 0.1), np.zeros(2))
+    plant = KinematicOde(MAGELLAN_PRO, NoSlip(2), np.array([5.0005, 5.0005]))
     state = run(plant, start, straight(2, full(2, 0.1)), 1)[-1]
     assert list(state.status) == [Status.LEFT_THE_ARENA, Status.RUNNING]  # one drives outwards, one inwards
 
@@ -235,5 +237,5 @@ def test_world_that_diverged_says_so_and_the_others_do_not_notice(broken):
 
 
 def test_kinematic_model_has_no_bodies():
-    plant = ode_plant(NoSlip(), 3)
+    plant = ode_plant(NoSlip(3), 3)
     assert plant.details(plant.start(STARTS)) is None

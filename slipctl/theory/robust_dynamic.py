@@ -1,0 +1,149 @@
+"""Uncertainty bounds ρ of the robust dynamic law, (75)–(81), corrected.
+
+Symbols as in the paper. kb, q, Φ and the rest are derived; none of them is printed. All arrays are (N,).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.tick import Array
+
+
+@dataclass(frozen=True)
+class DynamicState:
+    """What a bound may look at, of the model that the law believes in.
+
+    Attributes
+    ----------
+    forward_speed, yaw_rate, acceleration : (N,) arrays
+        v [m/s], w [rad/s] and μ₁ [m/s²].
+    nominal : (N,) array
+        ‖v̂‖ [m/s³].
+    nominal_jerk : (N,) array
+        First component of B⁻¹(v̂ − A) [m/s³].
+    """
+
+    forward_speed: Array
+    yaw_rate: Array
+    acceleration: Array
+    nominal: Array
+    nominal_jerk: Array
+
+
+DynamicBound = Callable[[DynamicState], Array]
+"""From a state to ρ (N,) [m/s³]."""
+
+
+@dataclass(frozen=True)
+class PaperDynamicBound:
+    """ρ of (81) with a Φ from the printed C and the nominal μ̄₁; **not** rigorous.
+
+    Φ is not printed; assumed |v̇_s|, |ẇ_s| ≤ α|μ₁|, |v̈_s| ≤ α|μ̄̂₁|, |w_s| unused as in the printed C. For other
+    signs of the slip ‖η‖ exceeds this ρ by up to several per cent, which a test shows.
+
+    Attributes
+    ----------
+    slip_bound : (N,) array
+        α < 1/2 [1] ((70) allows 1, which is not enough where v_s follows v).
+    """
+
+    slip_bound: Array
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        a = self.slip_bound
+        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
+        along = a * push * turn + a * speed * turn * turn
+        across = (
+            a * speed * turn * turn
+            + (1.0 + a) * speed * a * push
+            + a * np.abs(state.nominal_jerk)
+            + 2.0 * a * turn * push
+        )
+        return (a * state.nominal + along + across) / (1.0 - a)
+
+
+@dataclass(frozen=True)
+class ProportionalDynamicBound:
+    """Rigorous ρ for |v_t|, |v_s| ≤ α|v| with constant fractions of unknown sign, and |w_s| ≤ α|v|.
+
+    Attributes
+    ----------
+    slip_bound : (N,) array
+        α < 1/2 [1]: there q reaches 1.
+    """
+
+    slip_bound: Array
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        a = self.slip_bound
+        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
+        kb = a / (1.0 - a)
+        n22 = np.maximum(a + a * a / (1.0 + a), np.abs(-a + a * a / (1.0 - a)))
+        yaw_slip = a * speed
+        turn_bound = turn + yaw_slip
+        speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
+        one, two = 1.0 - 2.0 * a, a + a * a / (1.0 + a)
+        q = np.maximum(kb * np.sqrt(1.0 + one * one), np.sqrt((a / (1.0 + a)) ** 2 + two * two))
+        squared = turn_bound * turn_bound
+        along = (
+            a * speed_rate * turn_bound
+            + a * speed * squared
+            + speed * (2.0 * turn * yaw_slip + yaw_slip * yaw_slip)
+        )
+        across = (
+            kb * speed * turn * turn
+            + 2.0 * n22 * turn * push
+            + kb * a * speed_rate * turn_bound
+            + a * speed * squared
+            + 2.0 * push * yaw_slip
+        )
+        return (q * state.nominal + np.sqrt(along * along + across * across)) / (1.0 - q)
+
+
+@dataclass(frozen=True)
+class GeneralDynamicBound:
+    """Rigorous ρ for Assumption 4.6 with known numbers, and |v̈_s| ≤ k₄(|μ̄₁| + |vμ̄₂|) + ξ₄.
+
+    Attributes
+    ----------
+    slip_bound : (N,) array
+        α of |v_t| ≤ α|v| [1].
+    yaw_slip_bound, lateral_slip_bound, lateral_slip_rate_bound, lateral_slip_acceleration_bound : (N,) arrays
+        ξ₁ [rad/s], ξ₂ [m/s], ξ₃ [m/s²], ξ₄ [m/s³].
+    coupling_bound : (N,) array
+        k₄ [1]; 0 is (81).
+    """
+
+    slip_bound: Array
+    yaw_slip_bound: Array
+    lateral_slip_bound: Array
+    lateral_slip_rate_bound: Array
+    lateral_slip_acceleration_bound: Array
+    coupling_bound: Array
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        a, k4, xi1 = self.slip_bound, self.coupling_bound, self.yaw_slip_bound
+        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
+        turn_bound = turn + xi1
+        squared = turn_bound * turn_bound
+        q = np.sqrt(k4 * k4 + (a + k4) * (a + k4))
+        along = (
+            self.lateral_slip_rate_bound * turn_bound
+            + a * speed * squared
+            + speed * (2.0 * turn * xi1 + xi1 * xi1)
+        )
+        across = (
+            self.lateral_slip_acceleration_bound
+            + self.lateral_slip_bound * squared
+            + 2.0 * push * xi1
+            + 2.0 * a * turn * push
+            + k4 * (speed * turn * turn + 2.0 * turn * push)
+        )
+        return (q * state.nominal + np.sqrt(along * along + across * across)) / (1.0 - q)
