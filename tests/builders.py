@@ -161,4 +161,4 @@ def leaves(value: Any, path: str = "") -> dict[str, Any]:
         for index, item in enumerate(value):
             found |= leaves(item, f"{path}[{index}]")
         return found
-    return {path: value}
+    return {} if value is None else {path: value}

@@ -28,7 +28,7 @@ def same(left: dict[str, Any], right: dict[str, Any]) -> None:
 
 
 def one_world(seen: dict[str, Any], world: int) -> dict[str, Any]:
-    return {name: leaf[world : world + 1] for name, leaf in seen.items() if leaf is not None}
+    return {name: leaf[world : world + 1] for name, leaf in seen.items()}
 
 
 # every plant with one law of each kind, and every law on one plant of each kind
