@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.plants.ending import judged
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Motion, SpeedCommand, Start, Status, WheelContact
+from slipctl.tick import Array, BodyPose, Motion, SpeedCommand, Start, WheelContact
 
 
 @dataclass(frozen=True)
@@ -129,27 +130,16 @@ class KinematicOde:
                 + self.geometry.wheel_rates((state.forward_speed + command.forward_speed) / 2.0, turn) * tick,
                 status=state.status,
             )
-        return self._judged(state, new)
-
-    def _judged(self, old: OdeState, new: OdeState) -> OdeState:
-        x, y = new.position[:, 0], new.position[:, 1]
-        with np.errstate(over="ignore", invalid="ignore"):
-            distance = np.sqrt(x * x + y * y)
-            finite = np.isfinite(distance + new.heading + new.forward_speed)
-            outside = distance > self.arena
-        running = old.status == Status.RUNNING
-        status = old.status.copy()
-        status[running & outside] = Status.LEFT_THE_ARENA
-        status[running & ~finite] = Status.DIVERGED
-        moves = running & finite
+        finite = np.isfinite(new.heading + new.forward_speed)
+        status, moves = judged(state.status, new.position, finite, self.arena)
         if moves.all():
             return replace(new, status=status)
         return OdeState(
             time=new.time,
-            position=np.where(moves[:, None], new.position, old.position),
-            heading=np.where(moves, new.heading, old.heading),
-            forward_speed=np.where(moves, new.forward_speed, old.forward_speed),
-            yaw_rate=np.where(moves, new.yaw_rate, old.yaw_rate),
-            wheel_angle=np.where(moves[:, None], new.wheel_angle, old.wheel_angle),
+            position=np.where(moves[:, None], new.position, state.position),
+            heading=np.where(moves, new.heading, state.heading),
+            forward_speed=np.where(moves, new.forward_speed, state.forward_speed),
+            yaw_rate=np.where(moves, new.yaw_rate, state.yaw_rate),
+            wheel_angle=np.where(moves[:, None], new.wheel_angle, state.wheel_angle),
             status=status,
         )

@@ -149,13 +149,15 @@ class Inertia:
         """
         push = self.effective_mass * acceleration
         turn = self.effective_yaw_inertia * yaw_acceleration / self.geometry.half_track
-        pair = np.stack([push - turn, push + turn], axis=-1) * (self.geometry.wheel_radius / 2.0)
-        return pair + self.joint_friction * np.sign(wheel_rate)
+        half = self.geometry.wheel_radius / 2.0
+        left = half * (push - turn) + self.joint_friction * np.sign(wheel_rate[..., 0])
+        right = half * (push + turn) + self.joint_friction * np.sign(wheel_rate[..., 1])
+        return np.stack([left, right], axis=-1)
 
     def accelerations(self, torque: Array, wheel_rate: Array) -> tuple[Array, Array]:
         """Return (μ₁, μ₂) of wheel torques (N, 2), left and right [N·m], (21); the inverse of `torques`."""
-        driving = torque - self.joint_friction * np.sign(wheel_rate)
-        left, right = driving[..., 0], driving[..., 1]
+        left = torque[..., 0] - self.joint_friction * np.sign(wheel_rate[..., 0])
+        right = torque[..., 1] - self.joint_friction * np.sign(wheel_rate[..., 1])
         radius = self.geometry.wheel_radius
         return (
             (left + right) / (radius * self.effective_mass),

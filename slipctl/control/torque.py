@@ -1,0 +1,83 @@
+"""From the inputs of the dynamic flat model to limited wheel torques, common to the dynamic laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipctl.theory.dynamic import Inertia
+from slipctl.tick import Array, TorqueCommand
+
+
+@dataclass(frozen=True)
+class PushMemory:
+    """The prolonged state of a dynamic law.
+
+    Attributes
+    ----------
+    acceleration : (N,) array
+        μ₁, what the wheels push at per mass [m/s²].
+    """
+
+    acceleration: Array
+
+
+@dataclass(frozen=True)
+class TorqueDrive:
+    """What the law knows about the robot's motors.
+
+    Attributes
+    ----------
+    inertia : Inertia
+        What the law believes resists the torques.
+    torque_limit : (N,) array
+        Of each wheel [N·m].
+    speed_floor : (N,) array
+        Least speed in the law's denominator [m/s]: keeps it off its singularity.
+    """
+
+    inertia: Inertia
+    torque_limit: Array
+    speed_floor: Array
+
+    def command(
+        self, acceleration: Array, jerk: Array, yaw_acceleration: Array, wheel_rate: Array, tick: float
+    ) -> tuple[TorqueCommand, PushMemory, NDArray[np.bool_]]:
+        """Turn (μ̄₁, μ₂) into torques within the limit, (21)–(23).
+
+        Parameters
+        ----------
+        acceleration, jerk, yaw_acceleration : (N,) arrays
+            μ₁ at the tick's start [m/s²], μ̄₁ [m/s³] and μ₂ [rad/s²].
+        wheel_rate : (N, 2) array
+            Left, right [rad/s].
+        tick : float
+            [s].
+
+        Returns
+        -------
+        command : TorqueCommand
+        memory : PushMemory
+            μ₁ at the tick's end, as far as the motors could follow.
+        saturated : (N,) bool array
+            Whether the limit changed the command.
+        """
+        wanted = acceleration + jerk * tick
+        first = self.inertia.torques(acceleration, yaw_acceleration, wheel_rate)
+        last = self.inertia.torques(wanted, yaw_acceleration, wheel_rate)
+        peak = np.maximum(np.abs(first), np.abs(last))
+        peak = np.maximum(peak[:, 0], peak[:, 1])
+        saturated = peak > self.torque_limit
+        # both wheels together, so that the robot still turns the way it should
+        scale = np.divide(self.torque_limit, peak, out=np.ones_like(peak), where=saturated)[:, None]
+        first, last = first * scale, last * scale
+        reached, turned = self.inertia.accelerations(last, wheel_rate)
+        command = TorqueCommand(
+            acceleration=np.where(saturated, reached, wanted),
+            yaw_acceleration=np.where(saturated, turned, yaw_acceleration),
+            wheel_torque_start=first,
+            wheel_torque_end=last,
+        )
+        return command, PushMemory(command.acceleration), saturated
