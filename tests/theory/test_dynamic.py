@@ -1,0 +1,235 @@
+"""The dynamic model in numbers: flat maps there and back, slip terms on the exact plant, wheel torques."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from slipctl.theory.dynamic import Inertia, drift, invert_dynamics, slip_terms
+from slipctl.theory.flatness import apply_decoupling, flat_to_state
+from slipctl.theory.robot import MAGELLAN_PRO
+from slipctl.theory.robust import chain_gains, lyapunov_matrix
+from slipctl.theory.slip import SinusoidalSlip
+from slipctl.tick import Slip
+
+values = st.floats(-2.0, 2.0)
+speeds = st.floats(0.1, 2.0)
+headings = st.floats(-math.pi, math.pi)
+PAPER = Inertia(MAGELLAN_PRO, mass=18.2, yaw_inertia=0.39375)
+
+
+def lift(*numbers):
+    return tuple(np.array([float(number)]) for number in numbers)
+
+
+@given(speeds, values, values, headings, values, values)
+def test_state_of_the_flat_output_comes_back(v, w, mu1, angle, jerk, spin):
+    """(v, θ, μ₁, w, μ̄₁, μ̄₂) to Ḟ, F̈, F⃛ by (22)–(25), and back by (9), (10) and the corrected (27)."""
+    cosine, sine = lift(math.cos(angle), math.sin(angle))
+    velocity = np.stack([v * cosine, v * sine], axis=-1)
+    second = apply_decoupling(*lift(v), cosine, sine, *lift(mu1, w))
+    a = drift(*lift(v, w, mu1), cosine, sine)
+    third = a + apply_decoupling(*lift(v), cosine, sine, *lift(jerk, spin))
+    back_v, back_angle, back_mu1, back_w = flat_to_state(velocity, second)
+    scale = 1e-13 * (1.0 + np.abs(third).max()) / min(v, 1.0) ** 2
+    assert back_v[0] == pytest.approx(v, abs=scale)
+    assert math.remainder(back_angle[0] - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=scale)
+    assert back_mu1[0] == pytest.approx(mu1, abs=scale)
+    assert back_w[0] == pytest.approx(w, abs=scale)
+    there = (np.cos(back_angle), np.sin(back_angle))
+    back = invert_dynamics(back_v, *there, third, drift(back_v, back_w, back_mu1, *there))
+    assert back[0][0] == pytest.approx(jerk, abs=100.0 * scale)
+    assert back[1][0] == pytest.approx(spin, abs=100.0 * scale / v)
+
+
+def test_drift_on_a_circle_is_the_jerk_of_a_circle():
+    """F = R (cos φ, sin φ) with φ̇ = w has F⃛ = R w³ (sin φ, −cos φ) and needs no input."""
+    radius, w, phi = 1.5, -0.7, 0.4
+    v, heading = radius * abs(w), phi - math.pi / 2.0  # clockwise
+    a = drift(*lift(v, w, 0.0, math.cos(heading), math.sin(heading)))
+    np.testing.assert_allclose(a, [[radius * w**3 * math.sin(phi), -radius * w**3 * math.cos(phi)]], rtol=1e-13)
+
+
+def test_drift_of_a_robot_that_speeds_up_in_a_bend_points_into_the_bend():
+    """2wμ₁ to the left: Coriolis."""
+    np.testing.assert_allclose(drift(*lift(0.5, 0.4, 0.3, 1.0, 0.0)), [[-0.5 * 0.16, 2.0 * 0.4 * 0.3]])
+
+
+# slip terms against the third derivative of positions
+
+AMPLITUDES, PERIOD = (0.3, -0.25, 0.6), 1.7
+
+
+def exact_plant(mu1, mu1_rate, spin):
+    """Integrate (31) with sinusoidal slip, written out with complex numbers.
+
+    States F, θ, v, w; v̇_t = f ′v + f v̇ with f the swinging fraction, so (31d) gives v̇.
+    """
+    a_t, a_s, a_w = AMPLITUDES
+    frequency = 2.0 * math.pi / PERIOD
+
+    def rhs(t, state):
+        _, _, angle, v, w = state
+        swing, swing_rate = math.sin(frequency * t), frequency * math.cos(frequency * t)
+        turn = w + a_w * swing * v
+        v_rate = (mu1 + mu1_rate * t - a_t * swing_rate * v - a_s * swing * v * turn) / (1.0 + a_t * swing)
+        ws_rate = a_w * (swing_rate * v + swing * v_rate)
+        velocity = ((1.0 + a_t * swing) - 1j * a_s * swing) * v * np.exp(1j * angle)
+        return [velocity.real, velocity.imag, turn, v_rate, spin - ws_rate]
+
+    return rhs
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_slip_terms_are_what_finite_differences_of_the_acceleration_see(seed):
+    """F⃛ − A − B μ̄ on the exact plant, F⃛ as a difference of F̈ = d/dt Ḟ; the printed C misses by far more."""
+    rng = np.random.default_rng(seed)
+    mu1, mu1_rate, spin = rng.uniform(-0.6, 0.6, 3)
+    at = rng.uniform(0.3, 0.6)
+    rhs = exact_plant(mu1, mu1_rate, spin)
+    start = [0.0, 0.0, rng.uniform(-3.0, 3.0), rng.uniform(0.4, 0.8), rng.uniform(-0.8, 0.8)]
+    run = solve_ivp(rhs, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True)
+    step = 2e-3
+    states = {k: run.sol(at + k * step) for k in (-3, -2, -1, 0, 1, 2, 3)}
+    velocity = {k: np.array(rhs(at + k * step, state)[:2]) for k, state in states.items()}
+    weights = {-3: 1 / 90, -2: -3 / 20, -1: 3 / 2, 0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}
+    third = sum(weight * velocity[k] for k, weight in weights.items()) / step**2
+
+    _, _, angle, v, w = states[0]
+    push = mu1 + mu1_rate * at
+    facing = lift(math.cos(angle), math.sin(angle))
+    law = SinusoidalSlip(*lift(*AMPLITUDES), period=np.array([PERIOD]))
+    slips = {k: law.affine(at + k * step).at(np.array([state[3]])) for k, state in states.items()}
+    lateral = {k: slip.lateral[0] for k, slip in slips.items()}
+    rate_weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
+    rate = sum(u * (lateral[k] - lateral[-k]) for k, u in rate_weights.items()) / step
+    acceleration = sum(weight * lateral[k] for k, weight in weights.items()) / step**2
+    yaw_rate_of_slip = sum(u * (slips[k].yaw[0] - slips[-k].yaw[0]) for k, u in rate_weights.items()) / step
+
+    expected = third - (
+        drift(*lift(v, w, push), *facing) + apply_decoupling(*lift(v), *facing, *lift(mu1_rate, spin))
+    )[0]
+    c_matrix, d_matrix = slip_terms(*lift(v, w, push), slips[0], *lift(rate, acceleration), *facing)
+    got = c_matrix[0] + d_matrix[0] @ [mu1_rate, spin]
+    np.testing.assert_allclose(got, expected, rtol=0, atol=2e-7)
+
+    wrong = printed_c(v, w, slips[0], (rate, acceleration, yaw_rate_of_slip), angle)
+    assert np.hypot(*(wrong + d_matrix[0] @ [mu1_rate, spin] - expected)) > 1e-2
+
+
+def printed_c(v, w, slip, rates, angle):
+    """C as printed below (61), which takes θ̇ for w."""
+    v_t, v_s = slip.longitudinal[0], slip.lateral[0]
+    lateral_rate, lateral_acceleration, yaw_rate = rates
+    along = lateral_rate * w - v_t * w**2
+    across = -(v_s * w**2 + (v + v_t) * yaw_rate + lateral_acceleration)
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([along * c - across * s, along * s + across * c])
+
+
+def test_slip_terms_vanish_without_slip():
+    zero = np.zeros(3)
+    heading = np.array([0.3, 2.0, -2.5])
+    c_matrix, d_matrix = slip_terms(
+        np.array([0.1, 1.0, -2.0]),
+        np.array([0.5, -1.0, 2.0]),
+        np.array([0.2, 0.3, -0.4]),
+        Slip(zero, zero, zero),
+        zero,
+        zero,
+        np.cos(heading),
+        np.sin(heading),
+    )
+    assert not c_matrix.any()
+    assert not d_matrix.any()
+
+
+def test_norm_of_e_is_the_longitudinal_slip_ratio():
+    """(75): ‖D B⁻¹‖ = |v_t|/|v|; lateral slip plays no part, unlike in (50)."""
+    v, angle = 0.5, 1.1
+    c, s = math.cos(angle), math.sin(angle)
+    slip = Slip(*lift(-0.15, 0.3, 0.2))
+    d_matrix = slip_terms(*lift(v, 0.2, 0.1), slip, *lift(0.3, -0.4, c, s))[1][0]
+    inverse = np.linalg.inv([[c, -v * s], [s, v * c]])
+    assert np.linalg.norm(d_matrix @ inverse, 2) == pytest.approx(0.15 / 0.5, rel=1e-12)
+
+
+# wheel torques
+
+bodies = st.builds(
+    Inertia,
+    st.just(MAGELLAN_PRO),
+    st.floats(1.0, 50.0),
+    st.floats(0.05, 5.0),
+    st.floats(0.0, 0.1),
+    st.floats(0.0, 0.5),
+)
+pairs = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
+
+
+@given(bodies, values, values, pairs)
+def test_accelerations_of_torques_are_the_accelerations(body, push, spin, rate):
+    rates = np.array([rate])
+    got = body.accelerations(body.torques(*lift(push, spin), rates), rates)
+    assert got[0][0] == pytest.approx(push, abs=1e-12)
+    assert got[1][0] == pytest.approx(spin, abs=1e-10)
+
+
+@given(bodies, pairs, pairs)
+def test_torques_of_accelerations_are_the_torques(body, torque, rate):
+    rates = np.array([rate])
+    got = body.torques(*body.accelerations(np.array([torque]), rates), rates)
+    np.testing.assert_allclose(got, [torque], rtol=0, atol=1e-12)
+
+
+def test_torques_by_hand():
+    """τ = (r/2)(m μ₁ ± I_z μ₂/b): 0.3 m/s² takes 0.04125·5.46 N·m per wheel, 0.2 rad/s² ∓0.04125·0.4849."""
+    straight = PAPER.torques(*lift(0.3, 0.0), np.zeros((1, 2)))
+    np.testing.assert_allclose(straight, [[0.225225, 0.225225]], rtol=1e-12)
+    turning = PAPER.torques(*lift(0.0, 0.2), np.zeros((1, 2)))
+    each = 0.04125 * 0.39375 * 0.2 / 0.1624
+    np.testing.assert_allclose(turning, [[-each, each]], rtol=1e-12)  # the right wheel pushes: to the left
+
+
+def test_wheel_inertia_counts_twice_at_the_rim():
+    """Power balance: a wheel that rolls at v/r carries J v²/(2r²), and at b w/r when the robot turns on the spot."""
+    body = Inertia(MAGELLAN_PRO, 18.2, 0.39375, wheel_inertia=0.02)
+    v, w, r, b = 0.7, 1.3, 0.0825, 0.1624
+    rolling = 18.2 * v**2 / 2.0 + 2.0 * 0.02 * (v / r) ** 2 / 2.0
+    turning = 0.39375 * w**2 / 2.0 + 2.0 * 0.02 * (b * w / r) ** 2 / 2.0
+    assert body.effective_mass * v**2 / 2.0 == pytest.approx(rolling, rel=1e-14)
+    assert body.effective_yaw_inertia * w**2 / 2.0 == pytest.approx(turning, rel=1e-14)
+    assert (PAPER.effective_mass, PAPER.effective_yaw_inertia) == (18.2, 0.39375)
+
+
+@pytest.mark.parametrize("rates", [(2.0, 2.0), (-2.0, 2.0), (3.0, -1e-9), (0.0, 5.0)])
+def test_joint_friction_is_added_against_the_rotation_of_each_wheel(rates):
+    rubbing = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07)
+    extra = rubbing.torques(*lift(0.3, 0.2), np.array([rates])) - PAPER.torques(
+        *lift(0.3, 0.2), np.array([rates])
+    )
+    np.testing.assert_allclose(extra, [[0.07 * np.sign(rate) for rate in rates]], rtol=0, atol=1e-15)
+
+
+def test_friction_alone_slows_a_rolling_robot():
+    rubbing = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07)
+    push, spin = rubbing.accelerations(np.zeros((1, 2)), np.array([[5.0, 5.0]]))
+    assert push[0] == pytest.approx(-2.0 * 0.07 / (0.0825 * 18.2), rel=1e-13)
+    assert spin[0] == 0.0
+
+
+def test_gains_and_lyapunov_matrix_of_section_five_b():
+    gains = chain_gains(np.array([-0.5]), 3)
+    np.testing.assert_array_equal(gains, [[0.125, 0.75, 1.5]])
+    matrix = lyapunov_matrix(gains[0])
+    expected = [[4.2265625, 6.859375, 4.0], [6.859375, 15.875, 9.8125], [4.0, 9.8125, 6.875]]
+    np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-13)
+    # (74), all six rows of it: JᵀPe = 4 e₁ + 9.8125 e₂ + 6.875 e₃
+    whole = np.kron(matrix, np.eye(2))
+    j = np.kron([[0.0], [0.0], [1.0]], np.eye(2))
+    closed_loop = np.kron(np.eye(3, k=1), np.eye(2)) - j @ np.kron(gains, np.eye(2))
+    np.testing.assert_allclose(closed_loop.T @ whole + whole @ closed_loop, -np.eye(6), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(np.linalg.eigvals(closed_loop).real, -0.5, atol=1e-4)
