@@ -18,6 +18,7 @@ from slipctl.control.robust_kinematic import RobustKinematic
 from slipctl.guarantee import Hypotheses
 from slipctl.simulate import Controller, Plant
 from slipctl.theory import reference as plans
+from slipctl.theory.dynamic import Inertia
 from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.robust import UNCERTAINTIES, chain_gains, lyapunov_matrix
@@ -48,16 +49,22 @@ class RobotModel:
 
     Attributes
     ----------
-    geometry : WheelGeometry
+    inertia : Inertia
+        Lengths, mass and inertias.
     model_id : str
         ``sha256:…`` of the compiled base model.
     shapes : list of Shape
         What a viewer draws.
     """
 
-    geometry: WheelGeometry
+    inertia: Inertia
     model_id: str
     shapes: list[Shape]
+
+    @property
+    def geometry(self) -> WheelGeometry:
+        """Wheel radius and half track."""
+        return self.inertia.geometry
 
 
 def read_robot(scenario: files.Scenario) -> RobotModel:
@@ -68,13 +75,14 @@ def read_robot(scenario: files.Scenario) -> RobotModel:
     slipctl.plants.model.ModelError
         Where the model cannot be used.
     """
-    from slipctl.plants import model
+    from slipctl.plants import model, standstill
 
     path = model.find_model(scenario.robot.model)
     compiled = model.compile_model(path)
-    at_rest = model.settle(compiled)
+    at_rest = standstill.settle(compiled)
     geometry = WheelGeometry(wheel_radius=at_rest.wheel_radius, half_track=at_rest.half_track)
-    return RobotModel(geometry, model.model_id(path), model.shapes(compiled))
+    inertia = standstill.inertia(compiled, geometry)
+    return RobotModel(inertia, model.model_id(path), model.shapes(compiled))
 
 
 def gather(worlds: Sequence[World], read: Callable[[files.Scenario], float]) -> Array:

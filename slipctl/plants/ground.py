@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from mujoco.batch import Batch
 
-from slipctl.plants.model import WHEELS, Tyre
+from slipctl.plants.model import WHEELS
+from slipctl.plants.standstill import Tyre
 from slipctl.tick import Array, Slip
 
 GRAVITY = 9.81

@@ -17,8 +17,9 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
 from slipctl.plants.ground import Ground, floor_motion, lay, soften, viscosity
-from slipctl.plants.model import Standstill, compile_model, find_model, model_id, settle, shapes
-from slipctl.plants.rows import Columns, MujocoState, unit
+from slipctl.plants.model import compile_model, find_model, model_id, shapes
+from slipctl.plants.rows import Columns, MujocoState, ahead, turned
+from slipctl.plants.standstill import Standstill, settle
 from slipctl.theory.flatness import apply_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import NoSlip, SlipLaw, slipping_velocity
@@ -158,7 +159,7 @@ class MujocoPlant:
         rows[:, columns.position] = np.column_stack(
             [start.position, np.full(len(heading), self.standstill.height)]
         )
-        rows[:, columns.quaternion] = [_turned(angle, self.standstill.quaternion) for angle in heading]
+        rows[:, columns.quaternion] = [turned(angle, self.standstill.quaternion) for angle in heading]
         velocity = slipping_velocity(start.forward_speed, slip, cosine, sine)
         rows[:, columns.velocity] = np.stack(velocity, axis=-1)
         rows[:, columns.yaw_rate] = start.yaw_rate + slip.yaw
@@ -216,7 +217,8 @@ class MujocoPlant:
         good &= np.isfinite(rows).all(axis=1)
         sensors = np.array(self.batch.bind("sensordata"))
         columns = self._columns
-        acceleration = (rows[:, columns.velocity] - sensors[:, columns.velocity_before]) / timestep
+        with np.errstate(invalid="ignore"):
+            acceleration = (rows[:, columns.velocity] - state.rows[:, columns.velocity]) / tick
         if not good.all():
             rows[~good], sensors[~good] = state.rows[~good], state.sensors[~good]
             acceleration[~good] = state.acceleration[~good]
@@ -262,7 +264,7 @@ class MujocoPlant:
         if self.slip_law is not None:
             motion = self.observe(state)
             slip = self.slip_law.affine(state.time).at(motion.forward_speed)
-            surface = floor_motion(slip, *_ahead(motion, 0.5 * tick))
+            surface = floor_motion(slip, *ahead(motion, 0.5 * tick))
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
 
 
@@ -283,21 +285,3 @@ def _columns(batch: Batch) -> Columns:
         return (view.ctypes.data - state.ctypes.data) // state.itemsize
 
     return Columns.of(batch.model, offset("qpos"), offset("qvel"), offset("ctrl"))
-
-
-def _ahead(motion: Motion, time: float) -> tuple[Array, Array]:
-    """Return where robots will be and head after a moment [s], to first order: positions, heading vectors.
-
-    The floor's surface moves one way during a tick while the robot turns; aimed at the middle of the tick it
-    is right on average.
-    """
-    c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
-    turn = motion.heading_rate * time
-    return motion.position + motion.velocity * time, unit(c - turn * s, s + turn * c)
-
-
-def _turned(heading: float, quaternion: Array) -> list[float]:
-    """Return the orientation at rest, turned by a heading [rad] about the vertical; w, x, y, z."""
-    c, s = math.cos(heading / 2.0), math.sin(heading / 2.0)
-    w, x, y, z = quaternion.tolist()
-    return [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +28,9 @@ class MujocoState:
     sensors : (N, nsensordata) array
         Forces belong to the last physics step, so they are one physics step older than the pose.
     acceleration : (N, 2) array
-        Of the body origin over the last physics step, world x, y [m/s²]; at the start the planned one.
+        Of the body origin, mean over the last tick, world x, y [m/s²]; at the start the planned one. The
+        acceleration of the last physics step alone would miss the jolt with which a moving floor changes its
+        direction at every tick, and a dynamic law would settle 4 mm beside its path.
     time : float
         [s].
     status : (N,) int8 array
@@ -96,8 +99,6 @@ class Columns:
         Sensors: left, right [N·m].
     forward : slice
         Sensors: world x, y of the body's forward axis at the instant of the forces.
-    velocity_before : slice
-        Sensors: world x, y rates of the base one physics step ago [m/s].
     control : slice
         Commands of the left, right wheel.
     motor : Motor
@@ -112,7 +113,6 @@ class Columns:
     force: list[slice]
     torque: list[int]
     forward: slice
-    velocity_before: slice
     control: slice
     motor: Motor
 
@@ -124,7 +124,6 @@ class Columns:
         axles = [model.joint(f"{side}_axle") for side in WHEELS]
         forces = [int(model.sensor(f"{side}_tyre_force").adr[0]) for side in WHEELS]
         forward = int(model.sensor("forward").adr[0])
-        before = int(model.sensor("velocity").adr[0])
         return cls(
             position=slice(q, q + 3),
             quaternion=slice(q + 3, q + 7),
@@ -135,7 +134,6 @@ class Columns:
             force=[slice(adr, adr + 3) for adr in forces],
             torque=[int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS],
             forward=slice(forward, forward + 2),
-            velocity_before=slice(before, before + 2),
             control=slice(ctrl, ctrl + 2),
             motor=Motor.of(model),
         )
@@ -195,3 +193,21 @@ def unit(x: Array, y: Array) -> Array:
     """Return the vectors (x, y), (N,) each, as (N, 2) of length one; zero stays zero."""
     length = np.sqrt(x * x + y * y)
     return np.stack([x, y], axis=-1) / np.where(length > 0.0, length, 1.0)[:, None]
+
+
+def ahead(motion: Motion, time: float) -> tuple[Array, Array]:
+    """Return where robots will be and head after a moment [s], to first order: positions, heading vectors.
+
+    The floor's surface moves one way during a tick while the robot turns; aimed at the middle of the tick it
+    is right on average.
+    """
+    c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
+    turn = motion.heading_rate * time
+    return motion.position + motion.velocity * time, unit(c - turn * s, s + turn * c)
+
+
+def turned(heading: float, quaternion: Array) -> list[float]:
+    """Return the orientation at rest, turned by a heading [rad] about the vertical; w, x, y, z."""
+    c, s = math.cos(heading / 2.0), math.sin(heading / 2.0)
+    w, x, y, z = quaternion.tolist()
+    return [c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w]

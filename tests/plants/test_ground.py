@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from slipctl.plants.ground import LEAST_CREEP_SPEED, Ground, floor_motion, gravity, grip, viscosity
-from slipctl.plants.model import Tyre, compile_model, find_model, settle
+from slipctl.plants.model import compile_model, find_model
 from slipctl.plants.mujoco import MujocoPlant
+from slipctl.plants.standstill import Tyre, settle
 from slipctl.tick import Array, Slip
 from tests.plants.driving import full, ground
 

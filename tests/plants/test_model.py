@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from slipctl.plants.model import ModelError, compile_model, find_model, model_id, settle, shapes
+from slipctl.plants.model import ModelError, compile_model, find_model, model_id, shapes
 from slipctl.plants.mujoco import MujocoPlant
+from slipctl.plants.standstill import settle
 from tests.plants.driving import MASS, WEIGHT, ground
 
 SHIPPED = find_model("magellan_pro")
