@@ -9,6 +9,7 @@ import typer
 from slipctl.cli.check import check
 from slipctl.cli.run import run, sweep
 from slipctl.cli.scenario import scenarios
+from slipctl.cli.study import studies
 from slipctl.cli.view import view
 
 app = typer.Typer(
@@ -47,3 +48,4 @@ app.command(epilog="Example: slipctl sweep paper-kinematic --over start.x_offset
 app.command(epilog="Example: slipctl view runs/friction-sweep")(view)
 app.command(epilog="Example: slipctl check friction-sweep wet-slope")(check)
 app.add_typer(scenarios, name="scenario")
+app.add_typer(studies, name="study")
