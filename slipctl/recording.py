@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipctl.simulate import Ending, Row
+from slipctl.simulate import Ending, Row, Sensed
 from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.slip import slip_ratio
 from slipctl.tick import BodyPose, SpeedCommand, TorqueCommand, WheelContact
@@ -65,6 +65,10 @@ def _speed(read: Callable[[SpeedCommand], NDArray]) -> Callable[[Row], NDArray |
     return reading
 
 
+def _sensed(read: Callable[[Sensed], NDArray]) -> Callable[[Row], NDArray | None]:
+    return lambda row: None if row.sensed is None else read(row.sensed)
+
+
 def _torque(read: Callable[[TorqueCommand], NDArray]) -> Callable[[Row], NDArray | None]:
     def reading(row: Row) -> NDArray | None:
         command = row.decision.command
@@ -85,6 +89,10 @@ SIGNALS = (
     Signal("motion.acceleration", "m/s²", XY, lambda row: row.motion.acceleration),
     Signal("motion.forward_speed", "m/s", SCALAR, lambda row: row.motion.forward_speed),
     Signal("motion.yaw_rate", "rad/s", SCALAR, lambda row: row.motion.yaw_rate),
+    Signal("sensed.position", "m", XY, _sensed(lambda sensed: sensed.motion.position)),
+    Signal("sensed.velocity", "m/s", XY, _sensed(lambda sensed: sensed.motion.velocity)),
+    Signal("sensed.heading_vector", "1", XY, _sensed(lambda sensed: sensed.motion.heading_vector)),
+    Signal("sensed.fix", "bool", SCALAR, _sensed(lambda sensed: sensed.fix)),
     Signal("slip.longitudinal", "m/s", SCALAR, lambda row: row.slip.longitudinal),
     Signal("slip.lateral", "m/s", SCALAR, lambda row: row.slip.lateral),
     Signal("slip.yaw", "rad/s", SCALAR, lambda row: row.slip.yaw),
@@ -115,6 +123,7 @@ DERIVED_UNITS = {
     "reference.forward_speed": "m/s",
     "reference.yaw_rate": "rad/s",
     "motion.heading": "rad",
+    "sensed.heading": "rad",
     "slip.ratio": "1",
     "error.position": "m",
     "error.cross_track": "m",
@@ -128,7 +137,7 @@ UNITS = {
     signal.name + part: signal.unit
     for signal in SIGNALS
     for part in signal.parts
-    if signal.name != "motion.heading_vector"  # told by motion.heading
+    if not signal.name.endswith(".heading_vector")  # told by the heading
 } | DERIVED_UNITS
 """Every column of `signals.parquet` but `run` and `time`, and its unit."""
 
@@ -191,9 +200,9 @@ def with_errors(columns: Columns) -> Columns:
     Returns
     -------
     dict of (N, T) arrays
-        `motion.heading_vector.*` replaced by `motion.heading`; the position error is the distance to the
-        reference at the same time, cross-track its component along the reference's left normal, heading
-        error wrapped to (−π, π].
+        Heading vectors replaced by `motion.heading` and `sensed.heading`; the position error is the distance
+        to the reference at the same time, cross-track its component along the reference's left normal,
+        heading error wrapped to (−π, π].
     """
     columns = dict(columns)
     velocity = np.stack([columns["reference.velocity.x"], columns["reference.velocity.y"]], axis=-1)
@@ -204,8 +213,9 @@ def with_errors(columns: Columns) -> Columns:
     columns["reference.heading"] = heading
     columns["reference.forward_speed"] = speed
     columns["reference.yaw_rate"] = yaw_rate
-    cosine, sine = columns.pop("motion.heading_vector.x"), columns.pop("motion.heading_vector.y")
-    columns["motion.heading"] = np.arctan2(sine, cosine)
+    for seen in ("motion", "sensed") if "sensed.fix" in columns else ("motion",):
+        cosine, sine = columns.pop(f"{seen}.heading_vector.x"), columns.pop(f"{seen}.heading_vector.y")
+        columns[f"{seen}.heading"] = np.arctan2(sine, cosine)
     columns["slip.ratio"] = slip_ratio(
         columns["slip.longitudinal"], columns["slip.lateral"], columns["motion.forward_speed"]
     )

@@ -60,15 +60,47 @@ class Controller(Protocol):
         ...
 
 
+class Sensor(Protocol):
+    """What a controller gets to see. Memory goes in and comes out; its `fix` is an (N,) bool array."""
+
+    def start(self, motion: Motion) -> Any:
+        """Return the memory before the first row, from the motion at t = 0."""
+        ...
+
+    def measure(self, memory: Any, k: int, motion: Motion) -> tuple[Any, Motion]:
+        """Return the memory after row `k` and the motion as it is seen there."""
+        ...
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What a sensor made of the motion.
+
+    Attributes
+    ----------
+    motion : Motion
+        As the controller saw it.
+    fix : (N,) bool array
+        Whether a camera fix arrived.
+    """
+
+    motion: Motion
+    fix: NDArray[np.bool_]
+
+
 @dataclass(frozen=True)
 class Row:
-    """Everything true at t_k, and the decision that acts from t_k on."""
+    """Everything true at t_k, what the controller saw of it, and the decision that acts from t_k on.
+
+    `sensed` is None where the controller saw the true motion itself.
+    """
 
     reference: Reference
     motion: Motion
     slip: Slip
     decision: Decision[Any]
     details: tuple[BodyPose, WheelContact] | None
+    sensed: Sensed | None = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +127,7 @@ def simulate(
     tick: float,
     write: Callable[[int, Row], None],
     progress: Callable[[int], None] | None = None,
+    sensor: Sensor | None = None,
 ) -> Ending:
     """Run the closed loop of all worlds over all ticks.
 
@@ -111,6 +144,8 @@ def simulate(
         Called with k and row k for k = 0 … T.
     progress : callable, optional
         Called with k from time to time.
+    sensor : Sensor, optional
+        What the controller sees; the true motion where there is none.
 
     Returns
     -------
@@ -120,13 +155,18 @@ def simulate(
     rows = len(references.position)
     state = plant.start(start)
     memory = controller.start(start)
+    senses: Any = None
     last_row = np.full(len(start.heading), rows - 1)
     running = np.ones(len(start.heading), dtype=bool)
     for k in range(rows):
         reference = references.row(k)
         motion = plant.observe(state)
-        decision = controller.update(memory, reference, motion, tick)
-        write(k, Row(reference, motion, measure_slip(motion), decision, plant.details(state)))
+        seen, sensed = motion, None
+        if sensor is not None:
+            senses, seen = sensor.measure(sensor.start(motion) if k == 0 else senses, k, motion)
+            sensed = Sensed(seen, senses.fix)
+        decision = controller.update(memory, reference, seen, tick)
+        write(k, Row(reference, motion, measure_slip(motion), decision, plant.details(state), sensed))
         if k == rows - 1:
             break
         memory = decision.memory
