@@ -6,12 +6,15 @@ world; one robot is a batch of one. Pairs of wheels are ordered left, right; pai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slipctl.shape import Shape as Shape
 
 Array = NDArray[np.float64]
 
@@ -26,6 +29,32 @@ class Status(IntEnum):
 
 
 @dataclass(frozen=True)
+class PathTime:
+    """A path's own time τ at an instant, and the path as a function of τ.
+
+    Attributes
+    ----------
+    elapsed, elapsed_after : (N,) arrays
+        τ now and one tick later [s].
+    rate, rate_after : (N,) arrays
+        dτ/dt now and one tick later [1]; 0 where the robot rests.
+    velocity, acceleration : (N, 2) arrays
+        First and second derivative of the planned position by τ [m/s], [m/s²].
+    """
+
+    elapsed: Array
+    elapsed_after: Array
+    rate: Array
+    rate_after: Array
+    velocity: Array
+    acceleration: Array
+
+    def each(self, change: Callable[[Array], Array]) -> PathTime:
+        """Return the same with every array changed."""
+        return PathTime(*(change(getattr(self, field.name)) for field in fields(self)))
+
+
+@dataclass(frozen=True)
 class Reference:
     """The planned flat output and its derivatives at one instant.
 
@@ -33,16 +62,29 @@ class Reference:
     ----------
     position, velocity, acceleration, jerk : (N, 2) arrays
         World x, y in m, m/s, m/s², m/s³.
+    path_time : PathTime or None
+        None where the path has no time of its own.
     """
 
     position: Array
     velocity: Array
     acceleration: Array
     jerk: Array
+    path_time: PathTime | None = None
+
+    def each(self, change: Callable[[Array], Array]) -> Reference:
+        """Return the same with every array changed."""
+        return Reference(
+            change(self.position),
+            change(self.velocity),
+            change(self.acceleration),
+            change(self.jerk),
+            None if self.path_time is None else self.path_time.each(change),
+        )
 
     def row(self, k: int) -> Reference:
-        """Return row `k` of a reference whose arrays are (T + 1, N, 2)."""
-        return Reference(self.position[k], self.velocity[k], self.acceleration[k], self.jerk[k])
+        """Return row `k` of a reference whose arrays are (T + 1, N, 2), or (T + 1, N)."""
+        return self.each(lambda array: array[k])
 
 
 @dataclass(frozen=True)
@@ -59,6 +101,9 @@ class Start:
         Wheel-derived rates [m/s], [rad/s].
     forward_acceleration : (N,) array
         What the motors already push at, per mass: the planned μ₁ and what a slope asks for [m/s²].
+    path_speed : (N,) array or None
+        Planned speed in the path's own time, which is not 0 where the robot starts at rest [m/s]; None where
+        the path has no time of its own.
     """
 
     position: Array
@@ -66,6 +111,7 @@ class Start:
     forward_speed: Array
     yaw_rate: Array
     forward_acceleration: Array
+    path_speed: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -176,6 +222,10 @@ class DecisionTrace:
         ρ, in the unit of Δv.
     weighted_error : (N, 2) array or None
         JᵀPe, the vector whose length the boundary layer bounds.
+    path_speed : (N,) array or None
+        ṽ of a law that controls in the path's own time [m/s]; all its other inputs are in that time, too.
+    path_velocity : (N, 2) array or None
+        dF/dτ as that law sees it [m/s].
     """
 
     nominal_input: Array
@@ -183,6 +233,8 @@ class DecisionTrace:
     saturated: NDArray[np.bool_]
     robust_gain: Array | None = None
     weighted_error: Array | None = None
+    path_speed: Array | None = None
+    path_velocity: Array | None = None
 
 
 AnyCommand = TypeVar("AnyCommand", SpeedCommand, TorqueCommand, covariant=True)
@@ -243,29 +295,3 @@ class WheelContact:
     longitudinal_force: Array
     lateral_force: Array
     sliding: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Shape:
-    """One drawable piece of a robot.
-
-    Attributes
-    ----------
-    body : str
-        ``base``, ``left_wheel`` or ``right_wheel``.
-    kind : str
-        ``box``, ``cylinder``, ``sphere``, ``ellipsoid``, ``capsule``, ``mesh`` or ``plane``.
-    size : (3,) array
-        As in MJCF [m].
-    position, quaternion : (3,), (4,) arrays
-        Pose in the frame of the body [m]; w, x, y, z.
-    rgba : (4,) array
-        Colour, 0 to 1.
-    """
-
-    body: str
-    kind: str
-    size: Array
-    position: Array
-    quaternion: Array
-    rgba: Array

@@ -43,7 +43,7 @@ class DriveLimits:
     speed_floor: Array
 
     def command(
-        self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float
+        self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float | Array
     ) -> tuple[SpeedCommand, Array, NDArray[np.bool_]]:
         """Turn (ū₁, ū₂) into a command within the limits.
 
@@ -51,7 +51,7 @@ class DriveLimits:
         ----------
         commanded_speed, forward_acceleration, yaw_rate : (N,) arrays
             v_k [m/s], ū₁ [m/s²], ū₂ [rad/s].
-        tick : float
+        tick : float or (N,) array
             [s].
 
         Returns
@@ -64,7 +64,25 @@ class DriveLimits:
             Whether any limit changed the command.
         """
         wanted = commanded_speed + forward_acceleration * tick
-        speed = np.minimum(np.maximum(wanted, self.speed_floor), self.speed_limit)
+        command, saturated = self.reach(
+            wanted, commanded_speed, self.speed_floor, forward_acceleration, yaw_rate, tick
+        )
+        return command, np.maximum(command.forward_speed, self.speed_floor), saturated
+
+    def reach(
+        self,
+        wanted: Array,
+        commanded_speed: Array,
+        least: Array | float,
+        forward_acceleration: Array,
+        yaw_rate: Array,
+        tick: float | Array,
+    ) -> tuple[SpeedCommand, NDArray[np.bool_]]:
+        """Return the command that reaches a wanted speed (N,) [m/s] within the limits, and whether one acted.
+
+        `least` takes the place of the floor [m/s]; the other parameters are those of `command`.
+        """
+        speed = np.minimum(np.maximum(wanted, least), self.speed_limit)
         turn = np.minimum(np.maximum(yaw_rate, -self.yaw_rate_limit), self.yaw_rate_limit)
         rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
         beyond = rim > self.speed_limit
@@ -77,4 +95,9 @@ class DriveLimits:
             yaw_rate=turn,
             wheel_rate=self.geometry.wheel_rates(speed, turn),
         )
-        return command, np.maximum(speed, self.speed_floor), saturated
+        return command, saturated
+
+    def unlimited(self) -> DriveLimits:
+        """Return a drive that keeps the floor only."""
+        endless = np.full_like(self.speed_limit, np.inf)
+        return DriveLimits(self.geometry, endless, endless, self.speed_floor)

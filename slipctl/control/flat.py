@@ -23,7 +23,7 @@ def decide(
     motion: Motion,
     flat_input: Array,
     trace: DecisionTrace,
-    tick: float,
+    tick: float | Array,
 ) -> Decision[SpeedCommand]:
     """Map a flat input (N, 2) [m/s²] to a limited command; the speed in B is the commanded one."""
     cosine, sine = motion.heading_vector[:, 0], motion.heading_vector[:, 1]

@@ -43,7 +43,7 @@ class RobustKinematic:
         return SpeedMemory(np.maximum(start.forward_speed, self.drive.speed_floor))
 
     def update(
-        self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float
+        self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float | Array
     ) -> Decision[SpeedCommand]:
         """Decide the command of one tick."""
         position_error, velocity_error = flat_errors(reference, motion)

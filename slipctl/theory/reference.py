@@ -87,9 +87,9 @@ class PointToPoint:
     placement: Placement
 
     def at(self, times: Array) -> Reference:
-        """Return the plan at `times` (T,) [s], arrays (N, T, 2)."""
+        """Return the plan at `times` (T,) [s], or at other times (N, T) in every world: arrays (N, T, 2)."""
         total = self.duration[:, None]
-        clock = np.broadcast_to(times[None, :], (len(self.duration), len(times)))
+        clock = np.broadcast_to(times, (len(self.duration), times.shape[-1]))
         inside = np.minimum(clock, total)
         position, velocity, acceleration, jerk = _polynomial(self._coefficients(), inside, 3)
         beyond = (clock > total)[:, :, None]
