@@ -45,7 +45,7 @@ def main() -> None:
     robot = build.read_robot(first)
     planned = build.references(worlds)
     start = build.start(worlds, planned)
-    plant = build.plant(worlds, robot.geometry, arguments.threads)
+    plant = build.plant(worlds, robot, arguments.threads)
     steps_per_tick = round(first.tick / first.plant.timestep)
     ticks = len(planned.position) - 1
 
@@ -53,7 +53,7 @@ def main() -> None:
     controls, ends = [], []
     for index in range(len(first.controller)):
         recorder = Recorder(ticks + 1, len(worlds))
-        law = build.law(worlds, index, robot.geometry)
+        law = build.law(worlds, index, robot)
         simulate(plant, law.controller, planned, start, first.tick, recorder.write)
         columns = recorder.columns()
         pair = np.stack([columns["wheel.rate_command.left"], columns["wheel.rate_command.right"]], axis=-1)
@@ -72,7 +72,7 @@ def main() -> None:
                 )
         floors.append(time.process_time() - began)
         began = time.process_time()
-        for _ in run_batch(worlds, range(len(worlds)), robot.geometry, arguments.threads, lambda done: None):
+        for _ in run_batch(worlds, range(len(worlds)), robot, arguments.threads, lambda done: None):
             pass
         costs.append(time.process_time() - began)
 

@@ -11,7 +11,6 @@ from slipctl.guarantee import with_guarantee
 from slipctl.metrics import measure
 from slipctl.recording import Recorder, signal_table, with_errors
 from slipctl.simulate import simulate
-from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Status
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def batches(worlds: Sequence[build.World], largest: int) -> Iterator[list[int]]:
 def run_batch(
     worlds: Sequence[build.World],
     indices: Sequence[int],
-    geometry: WheelGeometry,
+    robot: build.RobotModel,
     threads: int,
     progress: Callable[[int], None],
 ) -> Iterator[list[Run]]:
@@ -84,10 +83,11 @@ def run_batch(
     tick, controllers = first.tick, first.controller
     planned = build.references(members)
     start = build.start(members, planned)
-    plant = build.plant(members, geometry, threads)
+    plant = build.plant(members, robot, threads)
     rows = len(planned.position)
+    sensor = None if build.sees_the_truth(worlds) else build.sensor(members, robot.geometry, rows)
     for position, config in enumerate(controllers):
-        law = build.law(members, position, geometry)
+        law = build.law(members, position, robot)
         recorder = Recorder(rows, len(members))
         done_before = position * (rows - 1) * len(members)
         ending = simulate(
@@ -98,6 +98,7 @@ def run_batch(
             tick,
             recorder.write,
             lambda k, before=done_before: progress(before + k * len(members)),
+            sensor,
         )
         columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
         runs = []

@@ -18,7 +18,6 @@ from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
 from slipctl.experiment.record import record_worlds, worlds_to_record
 from slipctl.experiment.result import Result, metrics_table, varied_keys, write_json
-from slipctl.theory.robot import WheelGeometry
 
 Progress = Callable[[int, int, str], None]
 
@@ -74,7 +73,7 @@ def run(
         robot = build.read_robot(scenario)
         collector = Collector(part)
         try:
-            _simulate(worlds, robot.geometry, threads, collector, tell)
+            _simulate(worlds, robot, threads, collector, tell)
         except KeyboardInterrupt:
             collector.interrupted = True
             collector.flush()
@@ -108,7 +107,7 @@ def run(
 
 def _simulate(
     worlds: Sequence[files.World],
-    geometry: WheelGeometry,
+    robot: build.RobotModel,
     threads: int | None,
     collector: Collector,
     tell: Progress,
@@ -125,7 +124,7 @@ def _simulate(
         def report(within: int, before: int = done, text: str = text) -> None:
             tell(before + within, total, text)
 
-        for runs in run_batch(worlds, indices, geometry, threads or _threads(len(indices)), report):
+        for runs in run_batch(worlds, indices, robot, threads or _threads(len(indices)), report):
             collector.add(runs)
         collector.flush()
         done += sum(steps[index] for index in indices)

@@ -1,0 +1,27 @@
+"""From the worlds of a scenario to the objects of one batch: plan, start, plant and laws.
+
+The only place that knows both the file format and the implementations.
+"""
+
+from slipctl.experiment.build.law import Law, law
+from slipctl.experiment.build.plan import references, start
+from slipctl.experiment.build.plant import plant
+from slipctl.experiment.build.robot import RobotModel, read_robot
+from slipctl.experiment.build.sensing import sees_the_truth, sensor
+from slipctl.experiment.build.stack import World, batch_key, gather, tick_count
+
+__all__ = [
+    "Law",
+    "RobotModel",
+    "World",
+    "batch_key",
+    "gather",
+    "law",
+    "plant",
+    "read_robot",
+    "references",
+    "sees_the_truth",
+    "sensor",
+    "start",
+    "tick_count",
+]

@@ -1,0 +1,124 @@
+"""The controllers of a batch, and what their theorems assume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipctl.control.drive import DriveLimits
+from slipctl.control.nominal_dynamic import NominalDynamic
+from slipctl.control.nominal_kinematic import NominalKinematic
+from slipctl.control.robust_dynamic import RobustDynamic
+from slipctl.control.robust_kinematic import RobustKinematic
+from slipctl.control.torque import TorqueDrive
+from slipctl.experiment.build.robot import RobotModel, paper_inertia
+from slipctl.experiment.build.stack import World, gather
+from slipctl.guarantee import Hypotheses
+from slipctl.simulate import Controller
+from slipctl.theory.robust import UNCERTAINTIES, chain_gains, lyapunov_matrix
+from slipctl.theory.robust_dynamic import GeneralDynamicBound, PaperDynamicBound, ProportionalDynamicBound
+from slipctl.tick import Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """A controller for one batch and what its theorem assumes.
+
+    Attributes
+    ----------
+    controller : Controller
+    hypotheses : Hypotheses or None
+        None for a law without a theorem.
+    """
+
+    controller: Controller
+    hypotheses: Hypotheses | None
+
+
+def law(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
+    """Return the `index`-th listed controller for a batch, for the robot that it believes in."""
+    kind = worlds[0].scenario.controller[index].kind
+    if kind in ("nominal_dynamic", "robust_dynamic"):
+        return _dynamic(worlds, index, robot)
+    return _kinematic(worlds, index, robot)
+
+
+def _each(worlds: Sequence[World], index: int, name: str) -> Array:
+    return gather(worlds, lambda scenario: getattr(scenario.controller[index], name))
+
+
+def _kinematic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
+    def each(name: str) -> Array:
+        return _each(worlds, index, name)
+
+    drive = DriveLimits(
+        geometry=robot.geometry,
+        speed_limit=gather(worlds, lambda scenario: scenario.robot.speed_limit),
+        yaw_rate_limit=gather(worlds, lambda scenario: scenario.robot.yaw_rate_limit),
+        speed_floor=each("speed_floor"),
+    )
+    first = worlds[0].scenario.controller[index]
+    gains = chain_gains(each("pole"), 2)
+    if first.kind == "nominal_kinematic":
+        return Law(NominalKinematic(drive, gains), None)
+    slip_bound = each("slip_bound")
+    controller = RobustKinematic(
+        drive=drive,
+        gains=gains,
+        weights=np.stack([lyapunov_matrix(row)[:, 1] for row in gains]),
+        slip_bound=slip_bound,
+        boundary_layer=each("boundary_layer"),
+        bound=UNCERTAINTIES[first.uncertainty].bound,
+    )
+    return Law(controller, Hypotheses(slip_bound, drive.speed_floor, first.uncertainty))
+
+
+def _dynamic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
+    def each(name: str) -> Array:
+        return _each(worlds, index, name)
+
+    first = worlds[0].scenario.controller[index]
+    drive = TorqueDrive(
+        inertia=paper_inertia(robot.inertia) if not compensates(worlds) else robot.inertia,
+        torque_limit=gather(worlds, lambda scenario: scenario.robot.torque_limit),
+        speed_floor=each("speed_floor"),
+    )
+    gains = chain_gains(each("pole"), 3)
+    if first.kind == "nominal_dynamic":
+        return Law(NominalDynamic(drive, gains), None)
+    slip_bound = each("slip_bound")
+    if first.uncertainty == "general":
+        bound = GeneralDynamicBound(slip_bound, *(each(name) for name in GENERAL_KEYS))
+    else:
+        bound = {"paper": PaperDynamicBound, "proportional": ProportionalDynamicBound}[first.uncertainty](
+            slip_bound
+        )
+    controller = RobustDynamic(
+        drive=drive,
+        gains=gains,
+        weights=np.stack([lyapunov_matrix(row)[:, 2] for row in gains]),
+        boundary_layer=each("boundary_layer"),
+        bound=bound,
+    )
+    return Law(controller, None)
+
+
+GENERAL_KEYS = (
+    "yaw_slip_bound",
+    "lateral_slip_bound",
+    "lateral_slip_rate_bound",
+    "lateral_slip_acceleration_bound",
+    "coupling_bound",
+)
+"""In the order of `GeneralDynamicBound`."""
+
+
+def compensates(worlds: Sequence[World]) -> bool:
+    """Return whether the law knows of wheel inertia and joint friction: on MuJoCo, unless told not to.
+
+    The dynamic ODE is the paper's model, which neglects both.
+    """
+    scenario = worlds[0].scenario
+    return scenario.plant.kind == "mujoco" and scenario.robot.compensate_wheels

@@ -1,0 +1,85 @@
+"""Plan and start of every world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import math
+
+import numpy as np
+
+from slipctl.experiment.build.stack import World, gather, tick_count
+from slipctl.theory import reference as plans
+from slipctl.theory.flatness import flat_to_state
+from slipctl.tick import Array, Reference, Start
+
+
+def references(worlds: Sequence[World]) -> Reference:
+    """Return the reference of every row, arrays (T + 1, N, 2)."""
+    first = worlds[0].scenario
+    times = np.arange(tick_count(first) + 1, dtype=np.float64) * first.tick
+    planned = _plan(worlds).at(times)
+
+    def by_row(vector: Array) -> Array:
+        return np.ascontiguousarray(np.swapaxes(vector, 0, 1))
+
+    return Reference(
+        by_row(planned.position), by_row(planned.velocity), by_row(planned.acceleration), by_row(planned.jerk)
+    )
+
+
+def _plan(worlds: Sequence[World]) -> plans.Plan:
+    def each(read: Callable) -> Array:
+        return gather(worlds, lambda scenario: read(scenario.reference))
+
+    def pose(read: Callable) -> Array:
+        return np.array(
+            [
+                (end.x, end.y, math.radians(end.heading_deg), end.speed)
+                for end in (read(world.scenario.reference) for world in worlds)
+            ]
+        )
+
+    kind = worlds[0].scenario.reference.kind
+    if kind == "point_to_point":
+        zero = np.zeros(len(worlds))
+        return plans.PointToPoint(
+            start=pose(lambda reference: reference.start),
+            goal=pose(lambda reference: reference.goal),
+            duration=each(lambda reference: reference.duration),
+            placement=plans.Placement(zero, zero, zero),
+        )
+    placement = plans.Placement(
+        each(lambda reference: reference.x),
+        each(lambda reference: reference.y),
+        np.radians(each(lambda reference: reference.heading_deg)),
+    )
+    speed = each(lambda reference: reference.speed)
+    if kind == "line":
+        return plans.Line(speed, placement)
+    if kind == "circle":
+        return plans.Circle(speed, each(lambda reference: reference.radius), placement)
+    return plans.FigureEight(each(lambda reference: reference.length), speed, placement)
+
+
+def start(worlds: Sequence[World], planned: Reference) -> Start:
+    """Return the start of every world: planned pose with the scenario's offsets, planned rates or rest.
+
+    Parameters
+    ----------
+    worlds : sequence of World
+    planned : Reference
+        Rows of the plan, (T + 1, N, 2).
+    """
+    speed, heading, push, turn = flat_to_state(planned.velocity[0], planned.acceleration[0])
+    # at rest both rates are 0, and a law lifts the speed that it remembers to its floor
+    moving = 1.0 - gather(worlds, lambda scenario: scenario.start.at_rest)
+    offset = np.stack(
+        [
+            gather(worlds, lambda scenario: scenario.start.x_offset),
+            gather(worlds, lambda scenario: scenario.start.y_offset),
+        ],
+        axis=-1,
+    )
+    heading = heading + np.radians(gather(worlds, lambda scenario: scenario.start.heading_offset_deg))
+    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving, push * moving)

@@ -1,0 +1,80 @@
+"""The plant of a batch: robot, ground and prescribed slip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipctl.experiment.build.robot import RobotModel, paper_inertia
+from slipctl.experiment.build.stack import World, gather
+from slipctl.simulate import Plant
+from slipctl.theory.slip import NoSlip, ProportionalSlip, SinusoidalSlip, SlipLaw
+from slipctl.tick import Array
+
+
+def slip_law(worlds: Sequence[World]) -> SlipLaw | None:
+    """Return the prescribed slip of a batch, or None."""
+    if worlds[0].scenario.slip is None:
+        return None
+
+    def each(name: str) -> Array:
+        return gather(worlds, lambda scenario: getattr(scenario.slip, name))
+
+    if worlds[0].scenario.slip.kind == "proportional":
+        return ProportionalSlip(each("longitudinal"), each("lateral"), each("yaw"))
+    return SinusoidalSlip(each("longitudinal"), each("lateral"), each("yaw"), each("period"))
+
+
+def plant(worlds: Sequence[World], robot: RobotModel, threads: int) -> Plant:
+    """Return the plant of a batch; `threads` counts for MuJoCo only."""
+    arena = gather(worlds, lambda scenario: scenario.plant.arena)
+    law = slip_law(worlds)
+    first = worlds[0].scenario
+    if first.plant.kind == "kinematic_ode":
+        from slipctl.plants.ode import KinematicOde
+
+        return KinematicOde(robot.geometry, law or NoSlip(len(worlds)), arena)
+    if first.plant.kind == "dynamic_ode":
+        from slipctl.plants.dynamic_ode import DynamicOde
+
+        return DynamicOde(paper_inertia(robot.inertia), law or NoSlip(len(worlds)), arena)
+    return _mujoco(worlds, law, robot, threads)
+
+
+def _mujoco(worlds: Sequence[World], law: SlipLaw | None, robot: RobotModel, threads: int) -> Plant:
+    from slipctl.plants.ground import Ground
+    from slipctl.plants.mujoco import MujocoPlant
+
+    first = worlds[0].scenario
+    timestep = first.plant.timestep
+    assert timestep is not None, "the file format gives MuJoCo a timestep"
+
+    def absent(value: float | None) -> float:
+        return math.nan if value is None else value
+
+    ground = Ground(
+        friction=np.stack(
+            [
+                gather(worlds, lambda s: s.ground.wheel_friction[0]),
+                gather(worlds, lambda s: s.ground.wheel_friction[1]),
+            ],
+            axis=-1,
+        ),
+        film=gather(worlds, lambda s: absent(s.ground.film)),
+        creep_stiffness=gather(worlds, lambda s: absent(s.ground.creep_stiffness)),
+        slope=np.radians(gather(worlds, lambda s: s.ground.slope_deg)),
+        downhill=np.radians(gather(worlds, lambda s: s.ground.downhill_deg)),
+    )
+    return MujocoPlant.build(
+        model=first.robot.model,
+        ground=ground,
+        slip_law=law,
+        timestep=timestep,
+        speed_drive=first.robot.drive == "wheel_speed",
+        torque_limit=first.robot.torque_limit,
+        wheel_rate_limit=first.robot.speed_limit / robot.geometry.wheel_radius,
+        arena=gather(worlds, lambda scenario: scenario.plant.arena),
+        threads=threads,
+    )
