@@ -5,7 +5,14 @@ wrong with a file is reported at once, as a `ScenarioError`.
 """
 
 from slipctl.scenario.axes import Axis, Span
-from slipctl.scenario.controllers import Controller, NominalKinematic, RobustKinematic
+from slipctl.scenario.controllers import (
+    Believes,
+    Controller,
+    NominalDynamic,
+    NominalKinematic,
+    RobustDynamic,
+    RobustKinematic,
+)
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
 from slipctl.scenario.loading import World, load, read, worlds
@@ -13,19 +20,24 @@ from slipctl.scenario.model import Scenario
 from slipctl.scenario.override import override, sweep_over
 from slipctl.scenario.problems import Problem, ScenarioError
 from slipctl.scenario.references import Circle, FigureEight, Line, PointToPoint, Reference
-from slipctl.scenario.slip import ProportionalSlip, SinusoidalSlip, Slip
-from slipctl.scenario.tables import Ground, KinematicOde, Mujoco, Plant, Robot, Sensing, Start
+from slipctl.scenario.sensing import Sensing
+from slipctl.scenario.series import Series, SeriesError
+from slipctl.scenario.slip import ProportionalSlip, SeriesSlip, SinusoidalSlip, Slip
+from slipctl.scenario.tables import DynamicOde, Ground, KinematicOde, Mujoco, Plant, Robot, Start
 from slipctl.scenario.templates import template
 
 __all__ = [
     "Axis",
+    "Believes",
     "Circle",
     "Controller",
+    "DynamicOde",
     "FigureEight",
     "Ground",
     "KinematicOde",
     "Line",
     "Mujoco",
+    "NominalDynamic",
     "NominalKinematic",
     "Plant",
     "PointToPoint",
@@ -33,10 +45,14 @@ __all__ = [
     "ProportionalSlip",
     "Reference",
     "Robot",
+    "RobustDynamic",
     "RobustKinematic",
     "Scenario",
     "ScenarioError",
     "Sensing",
+    "Series",
+    "SeriesError",
+    "SeriesSlip",
     "SinusoidalSlip",
     "Slip",
     "Span",

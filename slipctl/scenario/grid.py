@@ -6,40 +6,38 @@ from itertools import product
 from math import prod
 from typing import Any
 
+from slipctl.scenario.applies import ignored
 from slipctl.scenario.axes import Axis
-from slipctl.scenario.base import lookup
-from slipctl.scenario.checks import controllers
 from slipctl.scenario.later import later_key
 from slipctl.scenario.problems import Problem, later, nearest, quote
-from slipctl.scenario.structure import KINDS, is_number, table_at
+from slipctl.scenario.structure import KINDS, Path, is_number, table_at
+from slipctl.scenario.values import controllers
 
 RUN_LIMIT = 100_000
 """Largest number of runs (worlds times controllers) of one grid."""
 
 
 def sweepable(raw: Mapping[str, Any]) -> list[str]:
-    """Dotted keys of a file that hold numbers, whether given or at their defaults."""
-    ode = lookup(raw, "plant", "kind") == "kinematic_ode"
-    keys = _numbers("", (), raw)
-    for section in ("robot", "plant", "ground", "slip", "reference", "start"):
-        if not (section == "ground" and ode) and (section != "slip" or "slip" in raw):
-            keys += _numbers(f"{section}.", (section,), raw)
-    if ode:
-        keys.remove("robot.torque_limit")
-    for end in ("start", "goal"):
-        keys += _numbers(f"reference.{end}.", ("reference", end), raw)
+    """Dotted keys of a file that hold numbers and play a part, whether given or at their defaults."""
+    sections = ["robot", "plant", "ground", "reference", "start", "sensing"]
+    places: list[tuple[str, Path]] = [("", ()), *((f"{name}.", (name,)) for name in sections)]
+    if "slip" in raw:
+        places.insert(4, ("slip.", ("slip",)))
+    places += [(f"reference.{end}.", ("reference", end)) for end in ("start", "goal")]
     for path, label, _ in controllers(raw):
-        keys += _numbers(f"controller.{label}.", path, raw)
-    return keys
+        places += [(f"controller.{label}.", path), (f"controller.{label}.believes.", (*path, "believes"))]
+    without = ignored(raw)
+    return [
+        f"{prefix}{name}"
+        for prefix, path in places
+        for name in _numbers(path, raw)
+        if path not in without and (*path, name) not in without
+    ]
 
 
-def _numbers(prefix: str, path: tuple[str | int, ...], raw: Any) -> list[str]:
+def _numbers(path: Path, raw: Any) -> list[str]:
     table = table_at(path, raw)
-    return (
-        []
-        if table is None
-        else [f"{prefix}{n}" for n, field in table.model_fields.items() if is_number(field)]
-    )
+    return [] if table is None else [n for n, field in table.model_fields.items() if is_number(field)]
 
 
 def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]:
@@ -102,7 +100,8 @@ def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
     if parts[0] == "controller":
         index = [label for _, label, _ in controllers(raw)].index(parts[1])
         entries = list(raw["controller"])
-        entries[index] = {**entries[index], parts[2]: value}
+        entries[index] = dict(entries[index])
+        _set(entries[index], parts[2:], value)
         raw["controller"] = entries
         return
     table = raw

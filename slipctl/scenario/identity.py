@@ -6,17 +6,25 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from slipctl.scenario.applies import ignored
+from slipctl.scenario.base import lookup
 from slipctl.scenario.loading import sweep_table
 from slipctl.scenario.model import Scenario
+from slipctl.scenario.slip import SeriesSlip
 
 
 def dump(scenario: Scenario) -> dict[str, Any]:
     """Every key that plays a part, defaults included, as JSON-able tables that `read` accepts."""
     tables = scenario.model_dump(mode="json", exclude={"sweep"}, exclude_none=True)
-    if scenario.plant.kind == "kinematic_ode":
-        del tables["ground"], tables["robot"]["torque_limit"]
-    elif scenario.ground.friction_left is not None:
+    for path in ignored(tables):
+        parent = lookup(tables, *path[:-1])
+        if parent is not None:
+            parent.pop(path[-1], None)
+    if scenario.ground.friction_left is not None and "ground" in tables:
         del tables["ground"]["friction"]
+    for law in tables["controller"]:
+        if not law["believes"]:
+            del law["believes"]
     if scenario.sweep:
         tables["sweep"] = sweep_table(scenario.sweep)
     return tables
@@ -26,8 +34,9 @@ def canonical(scenario: Scenario) -> str:
     """Write the scenario as JSON text that depends only on what it means.
 
     Left out are name and description, keys at their defaults (so that a key added later does not change the
-    identity of scenarios without it) and tables that are then empty. Keys are sorted, numbers are floats
-    however they were written. The sweep keeps its order, as that orders the worlds.
+    identity of scenarios without it) and tables that are then empty. A series of slip counts by its content.
+    Keys are sorted, numbers are floats however they were written. The sweep keeps its order, as that orders
+    the worlds.
     """
     tables = _essential(scenario)
     tables = {name: value for name, value in tables.items() if name not in ("name", "description")}
@@ -43,10 +52,19 @@ def _essential(table: BaseModel) -> dict[str, Any]:
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
         is_default = not field.is_required() and value == field.default
-        if name == "sweep" or is_default or (name == "label" and value == getattr(table, "kind", None)):
+        if name == "sweep" or is_default or _is_as_left_out(table, name, value):
             continue
         result[name] = _plain(value)
+    if isinstance(table, SeriesSlip):
+        del result["file"]
+        result["content"] = table.series.content
     return result
+
+
+def _is_as_left_out(table: BaseModel, name: str, value: Any) -> bool:
+    """Whether a value is what the rest of the scenario makes of the key where it is left out."""
+    # `time_scaled = true` may stand only where the reference has time_scaling, whose default it is
+    return (name == "label" and value == getattr(table, "kind", None)) or (name == "time_scaled" and value)
 
 
 def _plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from slipctl import shipped
 from slipctl.scenario.axes import Axis, read_axes
+from slipctl.scenario.base import lookup
 from slipctl.scenario.checks import rule_problems
 from slipctl.scenario.fields import field_problems
 from slipctl.scenario.grid import Place, axis_problems, variations, with_values
@@ -54,10 +55,12 @@ def load(source: str | Path) -> Scenario:
     """
     path = _find(source)
     raw = _parse(path)
-    return read(raw, str(path), path.stem)
+    return read(raw, str(path), path.stem, path.parent)
 
 
-def read(raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario") -> Scenario:
+def read(
+    raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario", folder: str | Path = "."
+) -> Scenario:
     """Read a scenario from its tables, as TOML gives them.
 
     Parameters
@@ -68,13 +71,15 @@ def read(raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario
         What messages call the file.
     name
         Name of the scenario where the tables give none.
+    folder
+        Where the files that the tables name are, unless by an absolute path.
 
     Raises
     ------
     ScenarioError
         If anything is wrong, in the scenario itself or in any world of its grid; lists every problem.
     """
-    tables = {"name": name, **raw}
+    tables = {"name": name, **_with_whole_paths(raw, Path(folder))}
     axes, problems = read_axes(raw.get("sweep", {}))
     scenario, base = _validate(tables)
     problems = [*base, *problems, *axis_problems(axes, raw)]
@@ -83,6 +88,14 @@ def read(raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario
     if problems or scenario is None:
         raise ScenarioError(source, problems)
     return scenario
+
+
+def _with_whole_paths(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Make the paths of the files that the tables name absolute, so that they hold for every reader."""
+    file = lookup(raw, "slip", "file")
+    if not isinstance(file, str) or not file:
+        return raw
+    return {**raw, "slip": {**raw["slip"], "file": str((folder / file).absolute())}}
 
 
 def _validate(tables: Mapping[str, Any]) -> tuple[Scenario | None, list[Problem]]:

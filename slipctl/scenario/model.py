@@ -8,8 +8,9 @@ from slipctl.scenario.axes import AXES_SCHEMA, Axis, read_axes
 from slipctl.scenario.base import AsTuple, Table, quantity
 from slipctl.scenario.controllers import Controller
 from slipctl.scenario.references import Reference
+from slipctl.scenario.sensing import Sensing
 from slipctl.scenario.slip import Slip
-from slipctl.scenario.tables import Ground, Plant, Robot, Sensing, Start
+from slipctl.scenario.tables import Ground, Plant, Robot, Start
 
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 
@@ -59,6 +60,13 @@ class Scenario(Table):
     def _duration_defaults_to_the_reference(self) -> Self:
         if not self.duration:
             object.__setattr__(self, "duration", self.reference.natural_duration)
+        return self
+
+    @model_validator(mode="after")
+    def _laws_follow_the_reference_s_time(self) -> Self:
+        for law in self.controller:
+            if getattr(self.reference, "time_scaling", False) and getattr(law, "time_scaled", True) is None:
+                object.__setattr__(law, "time_scaled", True)
         return self
 
     @property

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from math import cos, hypot, radians, sin, sqrt
+from math import cos, hypot, radians, sin
 
 
 def slowest(start: Sequence[float], goal: Sequence[float], duration: float) -> tuple[float, float]:
-    """Smallest speed on the cubic path between two ends, and when.
+    """Smallest speed on the polynomial path between two ends, and when.
 
     Parameters
     ----------
     start, goal
-        x [m], y [m], heading [deg], speed [m/s] at each end.
+        x [m], y [m], heading [deg], speed [m/s] at each end (a cubic path); for a quintic one also yaw rate
+        [rad/s] and forward acceleration [m/s²].
     duration
         Time between them [s].
 
@@ -20,55 +21,66 @@ def slowest(start: Sequence[float], goal: Sequence[float], duration: float) -> t
     speed, time
         Smallest ‖Ḟ‖ [m/s] for 0 ≤ t ≤ duration, and its time [s].
     """
-    axes = [_velocity(start, goal, duration, index, turn) for index, turn in ((0, cos), (1, sin))]
+    axes = [_velocity(start, goal, duration, index) for index in (0, 1)]
+    square = [0.0] * (2 * len(axes[0]) - 1)
+    for axis in axes:
+        for power, a in enumerate(axis):
+            for other, b in enumerate(axis):
+                square[power + other] += a * b
+    parts = [0.0, *_zeros(_derivative(square)), 1.0]
 
     def speed(part: float) -> float:
-        return hypot(*(a + part * (b + part * c) for a, b, c in axes))
+        return hypot(*(_at(axis, part) for axis in axes))
 
-    # d‖Ḟ‖²/ds is a cubic in s; between the zeros of its own derivative, a quadratic, it is monotone.
-    slope = [
-        sum(a * b for a, b, _ in axes),
-        sum(b * b + 2 * a * c for a, b, c in axes),
-        sum(3 * b * c for _, b, c in axes),
-        sum(2 * c * c for _, _, c in axes),
-    ]
-    turns = [part for part in _quadratic_roots(slope[1], 2 * slope[2], 3 * slope[3]) if 0 < part < 1]
-    edges = [0.0, *sorted(turns), 1.0]
-    parts = [*edges, *(_zero(slope, low, high) for low, high in pairwise(edges))]
     best = min(parts, key=speed)
     return speed(best), best * duration
 
 
-def _velocity(
-    start: Sequence[float], goal: Sequence[float], duration: float, index: int, turn: Callable[[float], float]
-) -> tuple[float, float, float]:
-    """Coefficients of one component of Ḟ in s = t / duration: a + b s + c s² [m/s]."""
-    first, last = (end[3] * turn(radians(end[2])) for end in (start, goal))
-    mean = (goal[index] - start[index]) / duration
-    return first, 6 * mean - 4 * first - 2 * last, 3 * (first + last) - 6 * mean
+def _velocity(start: Sequence[float], goal: Sequence[float], duration: float, axis: int) -> list[float]:
+    """Coefficients of one component of Ḟ [m/s] in s = t / duration, constant first."""
+    along, across = ((cos, sin), (sin, cos))[axis]
+    sign = (-1.0, 1.0)[axis]
+    first, last = (end[3] * along(radians(end[2])) for end in (start, goal))
+    mean = (goal[axis] - start[axis]) / duration
+    if len(start) == 4:
+        return [first, 6 * mean - 4 * first - 2 * last, 3 * (first + last) - 6 * mean]
+    bends = [
+        duration * (end[5] * along(radians(end[2])) + sign * end[3] * end[4] * across(radians(end[2])))
+        for end in (start, goal)
+    ]
+    # F = F₀ + duration (first s + bend₀ s²/2 + a s³ + b s⁴ + c s⁵) meets position, velocity and bend at s = 1
+    gap, turn, bend = mean - first - bends[0] / 2, last - first - bends[0], bends[1] - bends[0]
+    a, b, c = 10 * gap - 4 * turn + bend / 2, -15 * gap + 7 * turn - bend, 6 * gap - 3 * turn + bend / 2
+    return [first, bends[0], 3 * a, 4 * b, 5 * c]
 
 
-def _quadratic_roots(constant: float, linear: float, square: float) -> list[float]:
-    if square == 0:
-        return [-constant / linear] if linear else []
-    discriminant = linear * linear - 4 * square * constant
-    if discriminant < 0:
+def _at(polynomial: Sequence[float], part: float) -> float:
+    value = 0.0
+    for coefficient in reversed(polynomial):
+        value = value * part + coefficient
+    return value
+
+
+def _derivative(polynomial: Sequence[float]) -> list[float]:
+    return [power * coefficient for power, coefficient in enumerate(polynomial)][1:]
+
+
+def _zeros(polynomial: Sequence[float]) -> list[float]:
+    """Zeros between 0 and 1: between the zeros of its own derivative a polynomial is monotone."""
+    if len(polynomial) < 2 or not any(polynomial[1:]):
         return []
-    return [(-linear + sign * sqrt(discriminant)) / (2 * square) for sign in (-1, 1)]
+    edges = [0.0, *_zeros(_derivative(polynomial)), 1.0]
+    return [_zero(lambda part: _at(polynomial, part), low, high) for low, high in pairwise(edges)]
 
 
-def _zero(cubic: Sequence[float], low: float, high: float) -> float:
-    """Zero of a monotone piece of a cubic by bisection; its lower end where the sign does not change."""
-
-    def value(part: float) -> float:
-        return cubic[0] + part * (cubic[1] + part * (cubic[2] + part * cubic[3]))
-
-    rising = value(high) > value(low)
-    if value(low) * value(high) > 0:
-        return low
+def _zero(value: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a monotone function by bisection; the end nearer to zero where the sign does not change."""
+    first, last = value(low), value(high)
+    if first * last > 0 or first == last:
+        return low if abs(first) <= abs(last) else high
     for _ in range(60):
         middle = (low + high) / 2
-        if (value(middle) < 0) == rising:
+        if (value(middle) < 0) == (last > first):
             low = middle
         else:
             high = middle

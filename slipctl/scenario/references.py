@@ -15,6 +15,8 @@ class PathStart(Table):
     y: float = quantity("World y of the start", "m", 0.0)
     heading_deg: float = quantity("Heading at the start", "deg", 0.0)
     speed: float = quantity("Forward speed at the start (at 0 the flat map is singular)", "m/s", gt=0)
+    yaw_rate: float | None = quantity("Yaw rate at the start (quintic path)", "rad/s", None)
+    acceleration: float | None = quantity("Forward acceleration at the start (quintic path)", "m/s²", None)
 
 
 class PathGoal(Table):
@@ -24,15 +26,34 @@ class PathGoal(Table):
     y: float = quantity("World y of the goal", "m")
     heading_deg: float = quantity("Heading at the goal", "deg", 0.0)
     speed: float = quantity("Forward speed at the goal (at 0 the flat map is singular)", "m/s", gt=0)
+    yaw_rate: float | None = quantity("Yaw rate at the goal (quintic path)", "rad/s", None)
+    acceleration: float | None = quantity("Forward acceleration at the goal (quintic path)", "m/s²", None)
 
 
 class PointToPoint(Table):
-    """Cubic polynomials of time through the poses and speeds at both ends (Table I)."""
+    """Polynomials of time through the poses and speeds at both ends (Table I).
 
-    kind: Literal["point_to_point"] = quantity("Cubic polynomials between two poses")
+    Cubic, or quintic where both ends have a yaw rate and an acceleration.
+    """
+
+    kind: Literal["point_to_point"] = quantity(
+        "Polynomials between two poses: cubic, or quintic where yaw_rate and acceleration are given"
+    )
     start: PathStart = quantity("Pose and speed at the start")
     goal: PathGoal = quantity("Pose and speed at the goal")
     duration: float = quantity("Time from start to goal", "s", gt=0)
+    time_scaling: bool = quantity(
+        "Run the path from rest to rest: the speeds at its ends are then those in the path's own time, which "
+        "the run goes through slowly at first and last",
+        "",
+        False,
+    )
+
+    @property
+    def quintic(self) -> bool:
+        """Whether both ends have a yaw rate and an acceleration."""
+        ends = (self.start, self.goal)
+        return all(end.yaw_rate is not None and end.acceleration is not None for end in ends)
 
     @property
     def natural_duration(self) -> float:

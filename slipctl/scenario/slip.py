@@ -1,10 +1,11 @@
-"""`[slip]`: prescribed slip, on the ODE plant or on MuJoCo's moving floor."""
+"""`[slip]`: prescribed slip, on the ODE plants or on MuJoCo's moving floor."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr, model_validator
 
 from slipctl.scenario.base import Table, quantity
+from slipctl.scenario.series import Series, SeriesError, read_series
 
 
 class ProportionalSlip(Table):
@@ -28,4 +29,39 @@ class SinusoidalSlip(Table):
     period: float = quantity("Period of the swing", "s", gt=0)
 
 
-Slip = Annotated[ProportionalSlip | SinusoidalSlip, Field(discriminator="kind")]
+class SeriesSlip(Table):
+    """Slip as a series of samples over time, straight lines between them and held beyond the ends.
+
+    The file is read when the scenario is; its content, not its path, counts for the scenario's identity.
+    """
+
+    kind: Literal["series"] = quantity("Slip as a series over time")
+    file: str = quantity(
+        "Parquet file with the columns time [s], longitudinal, lateral [m/s] and yaw [rad/s]; relative to "
+        "the scenario file",
+        min_length=1,
+    )
+    _series: Series | None = PrivateAttr(None)
+
+    @model_validator(mode="after")
+    def _read_the_file(self) -> Self:
+        # A file that cannot be read is told, with all other problems, by the rules between keys.
+        try:
+            self._series = read_series(self.file)
+        except SeriesError:
+            self._series = None
+        return self
+
+    @property
+    def series(self) -> Series:
+        """The samples, as they were when the scenario was read.
+
+        Raises
+        ------
+        SeriesError
+            If there is no such file or it holds no series; `load` and `read` refuse such scenarios.
+        """
+        return read_series(self.file) if self._series is None else self._series
+
+
+Slip = Annotated[ProportionalSlip | SinusoidalSlip | SeriesSlip, Field(discriminator="kind")]

@@ -1,26 +1,50 @@
-"""The tables that have one form each: `[robot]`, `[plant]`, `[ground]`, `[start]`, `[sensing]`."""
+"""The tables `[robot]`, `[plant]`, `[ground]` and `[start]`."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field, WithJsonSchema
+from pydantic import Field
 
-from slipctl.scenario.base import AsTrue, Table, quantity
+from slipctl.scenario.base import Table, quantity
 
 
 class Robot(Table):
     """`[robot]`: the model, how it is driven, and the limits of what it is commanded."""
 
     model: str = quantity("Robot model: the name of a shipped one", min_length=1)
-    drive: Literal["wheel_speed"] = quantity("What the controller commands: wheel speeds")
+    drive: Literal["wheel_speed", "wheel_torque"] = quantity("What the controller commands at the wheels")
     speed_limit: float = quantity("Largest commanded forward speed", "m/s", 2.5, gt=0)
     yaw_rate_limit: float = quantity("Largest commanded yaw rate, either way", "rad/s", 6.0, gt=0)
-    torque_limit: float = quantity("Largest torque of each wheel motor (MuJoCo)", "N·m", 4.0, gt=0)
+    torque_limit: float = quantity("Largest torque of each wheel motor", "N·m", 4.0, gt=0)
+    compensate_wheels: bool = quantity(
+        "Torque drive adds what the wheels' own inertia and the friction of their joints take", "", True
+    )
+    wheel_inertia: float | None = quantity(
+        "Inertia of a wheel with its motor about the axle that is compensated; default: the model's",
+        "kg·m²",
+        None,
+        ge=0,
+    )
+    joint_friction: float | None = quantity(
+        "Dry friction of a wheel joint that is compensated; default: the model's", "N·m", None, ge=0
+    )
 
 
 class KinematicOde(Table):
     """`[plant]`, the kinematic model with slip as an ordinary differential equation, (29)."""
 
     kind: Literal["kinematic_ode"] = quantity("Kinematic model with prescribed slip; no floor, no forces")
+    arena: float = quantity("The run ends beyond this distance from the origin", "m", 50.0, gt=0)
+
+    @property
+    def timestep(self) -> None:
+        """None: the ODE has no physics time step of its own."""
+        return
+
+
+class DynamicOde(Table):
+    """`[plant]`, the dynamic model with slip as an ordinary differential equation, (31)."""
+
+    kind: Literal["dynamic_ode"] = quantity("Dynamic model with prescribed slip; no floor, no contacts")
     arena: float = quantity("The run ends beyond this distance from the origin", "m", 50.0, gt=0)
 
     @property
@@ -37,7 +61,7 @@ class Mujoco(Table):
     arena: float = quantity("The run ends beyond this distance from the origin", "m", 50.0, gt=0)
 
 
-Plant = Annotated[KinematicOde | Mujoco, Field(discriminator="kind")]
+Plant = Annotated[KinematicOde | DynamicOde | Mujoco, Field(discriminator="kind")]
 
 
 class Ground(Table):
@@ -81,17 +105,3 @@ class Start(Table):
     x_offset: float = quantity("Start this far from the planned x", "m", 0.0)
     y_offset: float = quantity("Start this far from the planned y", "m", 0.0)
     heading_offset_deg: float = quantity("Start turned from the planned heading", "deg", 0.0, ge=-360, le=360)
-
-
-Truth = Annotated[
-    Literal["true"], AsTrue, WithJsonSchema({"enum": ["true", True], "description": "The true value"})
-]
-"""The true value of a signal; `true` and "true" mean the same."""
-
-
-class Sensing(Table):
-    """`[sensing]`: what the controller gets to see of the motion. This release: the truth."""
-
-    pose: Truth = quantity("Source of position and heading", "", "true")
-    velocity: Truth = quantity("Source of the velocity", "", "true")
-    acceleration: Truth = quantity("Source of the acceleration", "", "true")

@@ -50,7 +50,7 @@ EIGHT: dict[str, Any] = {
         "heading_deg": 5.0,
     },
     "start": {"at_rest": True, "x_offset": 0.01, "y_offset": 0.02, "heading_offset_deg": 3.0},
-    "sensing": {"pose": "true", "velocity": "true", "acceleration": "true"},
+    "sensing": {"pose": "true", "velocity": "true"},
     "controller": [{"kind": "nominal_kinematic", "pole": -2.0}],
     "sweep": {"ground.friction": [0.1, 0.2], "seed": {"from": 0, "to": 2, "count": 3}},
 }

@@ -229,4 +229,4 @@ def test_a_key_in_the_wrong_table_is_sent_to_the_right_one():
 
 def test_true_is_the_same_word_as_the_boolean():
     assert read(changed(EIGHT, {"sensing.pose": True})) == read(EIGHT)
-    assert only(changed(EIGHT, {"sensing.pose": False})).allowed == '"true"'
+    assert only(changed(EIGHT, {"sensing.pose": False})).allowed == '"true", "odometry_camera"'

@@ -14,6 +14,7 @@ from tests.scenario.documents import EIGHT, PAPER, changed, leaves, refused
 
 SCHEMA = json_schema()
 UNITLESS = {"name", "description", "seed", "model", "drive", "kind", "label", "uncertainty", "at_rest"}
+UNITLESS |= {"believes", "time_scaled", "time_scaling", "compensate_wheels", "file"}
 UNITLESS |= {"pose", "velocity", "acceleration", "start", "goal", *SCHEMA["properties"]} - {
     "tick",
     "duration",
@@ -81,7 +82,7 @@ def test_shipped_scenarios_are_valid_by_the_schema(name):
         {"tick": 0},
         {"seed": 1.5},
         {"plant.kind": "mujocco"},
-        {"robot.drive": "wheel_torque"},
+        {"robot.drive": "wheel_power"},
         {"ground.friction": -1.0},
         {"ground.film": 0},
         {"reference.radius": 1.0},
@@ -91,6 +92,8 @@ def test_shipped_scenarios_are_valid_by_the_schema(name):
         {"controller.0.pole": 1.0},
         {"start.at_rest": 1},
         {"sensing.pose": "odometry"},
+        {"sensing.position_noise": -0.1},
+        {"controller.0.believes": {"radius": 0.1}},
         {"sweep": {"ground.friction": []}},
         {"sweep": {"ground.friction": {"from": 1, "to": 2, "count": 1}}},
     ],
