@@ -12,6 +12,7 @@ from slipctl.control.nominal_dynamic import NominalDynamic
 from slipctl.control.nominal_kinematic import NominalKinematic
 from slipctl.control.robust_dynamic import RobustDynamic
 from slipctl.control.robust_kinematic import RobustKinematic
+from slipctl.control.time_scaled import KinematicLaw, TimeScaledLaw
 from slipctl.control.torque import TorqueDrive
 from slipctl.experiment.build.robot import RobotModel, paper_inertia
 from slipctl.experiment.build.stack import World, gather
@@ -60,19 +61,32 @@ def _kinematic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
         speed_floor=each("speed_floor"),
     )
     first = worlds[0].scenario.controller[index]
+    inner = drive.unlimited() if first.time_scaled else drive
     gains = chain_gains(each("pole"), 2)
+
+    def timed(law: KinematicLaw) -> Controller:
+        return TimeScaledLaw(law, drive) if first.time_scaled else law
+
     if first.kind == "nominal_kinematic":
-        return Law(NominalKinematic(drive, gains), None)
+        return Law(timed(NominalKinematic(inner, gains)), None)
     slip_bound = each("slip_bound")
     controller = RobustKinematic(
-        drive=drive,
+        drive=inner,
         gains=gains,
         weights=np.stack([lyapunov_matrix(row)[:, 1] for row in gains]),
         slip_bound=slip_bound,
         boundary_layer=each("boundary_layer"),
         bound=UNCERTAINTIES[first.uncertainty].bound,
     )
-    return Law(controller, Hypotheses(slip_bound, drive.speed_floor, first.uncertainty))
+    hypotheses = Hypotheses(
+        slip_bound,
+        drive.speed_floor,
+        first.uncertainty,
+        boundary_layer=each("boundary_layer"),
+        gains=gains,
+        weights=np.stack([lyapunov_matrix(row) for row in gains]),
+    )
+    return Law(timed(controller), hypotheses)
 
 
 def _dynamic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
@@ -102,7 +116,18 @@ def _dynamic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
         boundary_layer=each("boundary_layer"),
         bound=bound,
     )
-    return Law(controller, None)
+    general = first.uncertainty == "general"
+    hypotheses = Hypotheses(
+        slip_bound,
+        drive.speed_floor,
+        first.uncertainty,
+        boundary_layer=each("boundary_layer"),
+        gains=gains,
+        weights=np.stack([lyapunov_matrix(row) for row in gains]),
+        yaw_slip_bound=each("yaw_slip_bound") if general else None,
+        lateral_slip_bound=each("lateral_slip_bound") if general else None,
+    )
+    return Law(controller, hypotheses)
 
 
 GENERAL_KEYS = (

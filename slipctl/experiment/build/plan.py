@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from slipctl.experiment.build.stack import World, gather, tick_count
 from slipctl.theory import reference as plans
 from slipctl.theory.flatness import flat_to_state
+from slipctl.theory.time_scale import TimeScaled
 from slipctl.tick import Array, Reference, Start
 
 
@@ -20,12 +20,7 @@ def references(worlds: Sequence[World]) -> Reference:
     times = np.arange(tick_count(first) + 1, dtype=np.float64) * first.tick
     planned = _plan(worlds).at(times)
 
-    def by_row(vector: Array) -> Array:
-        return np.ascontiguousarray(np.swapaxes(vector, 0, 1))
-
-    return Reference(
-        by_row(planned.position), by_row(planned.velocity), by_row(planned.acceleration), by_row(planned.jerk)
-    )
+    return planned.each(lambda array: np.ascontiguousarray(np.swapaxes(array, 0, 1)))
 
 
 def _plan(worlds: Sequence[World]) -> plans.Plan:
@@ -43,12 +38,15 @@ def _plan(worlds: Sequence[World]) -> plans.Plan:
     kind = worlds[0].scenario.reference.kind
     if kind == "point_to_point":
         zero = np.zeros(len(worlds))
-        return plans.PointToPoint(
+        duration = each(lambda reference: reference.duration)
+        path = plans.PointToPoint(
             start=pose(lambda reference: reference.start),
             goal=pose(lambda reference: reference.goal),
-            duration=each(lambda reference: reference.duration),
+            duration=duration,
             placement=plans.Placement(zero, zero, zero),
         )
+        first = worlds[0].scenario
+        return TimeScaled(path, duration, duration, first.tick) if first.reference.time_scaling else path
     placement = plans.Placement(
         each(lambda reference: reference.x),
         each(lambda reference: reference.y),
@@ -71,7 +69,14 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
     planned : Reference
         Rows of the plan, (T + 1, N, 2).
     """
-    speed, heading, push, turn = flat_to_state(planned.velocity[0], planned.acceleration[0])
+    path = planned.path_time
+    own = planned if path is None else path
+    speed, heading, push, turn = flat_to_state(own.velocity[0], own.acceleration[0])
+    path_speed = None
+    if path is not None:
+        # the path's own time stands still, so the robot does, too
+        path_speed, still = speed, np.zeros_like(speed)
+        speed, push, turn = still, still, still
     # at rest both rates are 0, and a law lifts the speed that it remembers to its floor
     moving = 1.0 - gather(worlds, lambda scenario: scenario.start.at_rest)
     offset = np.stack(
@@ -82,4 +87,6 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
         axis=-1,
     )
     heading = heading + np.radians(gather(worlds, lambda scenario: scenario.start.heading_offset_deg))
-    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving, push * moving)
+    return Start(
+        planned.position[0] + offset, heading, speed * moving, turn * moving, push * moving, path_speed
+    )

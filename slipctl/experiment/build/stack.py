@@ -37,6 +37,10 @@ def batch_key(world: World) -> tuple:
         s.robot.speed_limit if s.robot.drive == "wheel_torque" else None,
         None if s.slip is None else s.slip.kind,
         s.reference.kind,
+        getattr(s.reference, "time_scaling", False),
         (s.sensing.pose, s.sensing.velocity, s.sensing.acceleration),
-        tuple((c.label, c.kind, getattr(c, "uncertainty", None)) for c in s.controller),
+        tuple(
+            (c.label, c.kind, getattr(c, "uncertainty", None), getattr(c, "time_scaled", None))
+            for c in s.controller
+        ),
     )
