@@ -42,8 +42,9 @@ DynamicBound = Callable[[DynamicState], Array]
 class PaperDynamicBound:
     """ρ of (81) with a Φ from the printed C and the nominal μ̄₁; **not** rigorous.
 
-    Φ is not printed; assumed |v̇_s|, |ẇ_s| ≤ α|μ₁|, |v̈_s| ≤ α|μ̄̂₁|, |w_s| unused as in the printed C. For other
-    signs of the slip ‖η‖ exceeds this ρ by up to several per cent, which a test shows.
+    Φ is not printed; assumed |v̇_s|, |ẇ_s| ≤ α|μ₁|, |v̈_s| ≤ α|μ̄̂₁|, |w_s| unused as in the printed C. On the
+    paper's path ‖η‖ exceeds this ρ by up to 5 % for other signs of the slip than the paper's; over all states
+    there is no limit, because ρ = 0 where v̂ = w = μ₁ = 0, whatever w_s does. Tests show both.
 
     Attributes
     ----------
