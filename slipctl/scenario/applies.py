@@ -55,6 +55,9 @@ def _sensing(raw: Mapping[str, Any]) -> Iterator[tuple[Path, str]]:
     if lookup(raw, "sensing", "pose") in (None, True, "true"):
         for key in CAMERA_KEYS:
             yield ("sensing", key), 'there is a camera only with pose = "odometry_camera"'
+    if lookup(raw, "sensing", "acceleration") == "model":
+        for key in ("acceleration_noise", "acceleration_delay"):
+            yield ("sensing", key), 'acceleration = "model" measures none'
 
 
 def _laws(raw: Mapping[str, Any]) -> Iterator[tuple[Path, str]]:

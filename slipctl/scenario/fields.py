@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from slipctl.scenario.base import lookup
+from slipctl.scenario.base import Table, lookup
 from slipctl.scenario.later import later_key, later_value
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.problems import Problem, later, nearest, quote, show
@@ -18,6 +18,7 @@ from slipctl.scenario.structure import (
     generic,
     kinds_at,
     table_at,
+    table_class,
     without_tags,
 )
 
@@ -80,7 +81,17 @@ def _extra(path: Path, raw: Any) -> Problem:
     # Of equally near names the one that the table does not have yet is meant.
     given = lookup(raw, *path[:-1]) or ()
     likely = sorted(valid, key=lambda other: other in given)
-    return Problem(key, "an unknown key", ", ".join(valid), nearest(name, likely) or _elsewhere(name))
+    hint = nearest(name, likely) or _inside(table, name) or _elsewhere(name)
+    return Problem(key, "an unknown key", ", ".join(valid), hint)
+
+
+def _inside(table: type[Table] | None, name: str) -> str | None:
+    """Which table inside a table has a key of this very name."""
+    for inner, field in (table.model_fields if table else {}).items():
+        member = table_class(field)
+        if member is not None and name in member.model_fields:
+            return f"{inner}.{name}"
+    return None
 
 
 def _elsewhere(name: str) -> str | None:

@@ -45,7 +45,7 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
     valid = sweepable(raw)
     labels = [label for _, label, _ in controllers(raw)]
     problems = [
-        _unsweepable(axis.key, valid, labels)
+        _without_effect(axis.key, raw) or _unsweepable(axis.key, valid, labels)
         for axis in axes
         if axis.key not in valid and not _unknown_kind(axis.key, raw)
     ]
@@ -56,6 +56,17 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
         found = f"{grid} worlds × {max(1, len(labels))} controllers = {runs:,} runs"
         problems.append(Problem("sweep", found, f"at most {RUN_LIMIT:,} runs"))
     return problems
+
+
+def _without_effect(key: str, raw: Mapping[str, Any]) -> Problem | None:
+    """Tell of a swept key that exists but that the rest of the file leaves without effect."""
+    labels = {path: label for path, label, _ in controllers(raw)}
+    for path, reason in ignored(raw).items():
+        parts = ["controller", labels[path[:2]], *path[2:]] if path[0] == "controller" else path
+        name = ".".join(map(str, parts))
+        if key == name or key.startswith(f"{name}."):
+            return Problem(f"sweep.{key}", "a key that would be ignored", f"it in another file: {reason}")
+    return None
 
 
 def _unsweepable(key: str, valid: Sequence[str], labels: Sequence[str]) -> Problem:

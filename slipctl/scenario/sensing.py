@@ -44,9 +44,7 @@ class Sensing(Table):
     camera_heading_noise_deg: float = quantity(
         "Standard deviation of a camera fix's heading", "deg", 0.0, ge=0, le=180
     )
-    camera_delay: float = quantity(
-        "A fix arrives this long after its picture; a multiple of the tick", "s", 0.0, ge=0
-    )
+    camera_delay: float = quantity("A fix arrives this long after its picture", "s", 0.0, ge=0, le=10)
     camera_gain: float = quantity(
         "Share of the difference between fix and odometry that a fix corrects", "1", 1.0, gt=0, le=1
     )
@@ -63,13 +61,17 @@ class Sensing(Table):
     yaw_rate_noise: float = quantity(
         "Standard deviation of the white noise on the yaw rate", "rad/s", 0.0, ge=0
     )
-    pose_delay: float = quantity("Position and heading are this old; a multiple of the tick", "s", 0.0, ge=0)
-    velocity_delay: float = quantity("The velocity is this old; a multiple of the tick", "s", 0.0, ge=0)
+    pose_delay: float = quantity(
+        "Position and heading are this old; a multiple of the tick", "s", 0.0, ge=0, le=10
+    )
+    velocity_delay: float = quantity(
+        "The velocity is this old; a multiple of the tick", "s", 0.0, ge=0, le=10
+    )
     acceleration_delay: float = quantity(
-        "The acceleration is this old; a multiple of the tick", "s", 0.0, ge=0
+        "The acceleration is this old; a multiple of the tick", "s", 0.0, ge=0, le=10
     )
 
 
 CAMERA_KEYS = tuple(name for name in Sensing.model_fields if name.startswith("camera_"))
 ACCELERATION_KEYS = tuple(name for name in Sensing.model_fields if name.startswith("acceleration"))
-DELAYS = tuple(name for name in Sensing.model_fields if name.endswith("delay"))
+DELAYS = ("pose_delay", "velocity_delay", "acceleration_delay")

@@ -35,8 +35,3 @@ def sensing_problems(raw: Mapping[str, Any]) -> Iterator[Problem]:
                 f"{delay:g} s, {delay / tick:.6g} times the tick",
                 f"a multiple of tick ({tick:g} s), such as {lower * tick:.9g} or {(lower + 1) * tick:.9g} s",
             )
-        elif delay > _LONGEST_DELAY:
-            yield Problem(f"sensing.{key}", f"{delay:g} s", f"at most {_LONGEST_DELAY:g} s")
-
-
-_LONGEST_DELAY = 10.0

@@ -57,11 +57,12 @@ def table_at(path: Path, raw: Any) -> type[Table] | None:
             kind = lookup(raw, *path[:depth], "kind")
             table = kinds.get(kind) if isinstance(kind, str) else None
         elif table is not None and path[depth - 1] != "controller":
-            table = _table_class(table.model_fields.get(str(path[depth - 1])))
+            table = table_class(table.model_fields.get(str(path[depth - 1])))
     return table
 
 
-def _table_class(field: FieldInfo | None) -> type[Table] | None:
+def table_class(field: FieldInfo | None) -> type[Table] | None:
+    """Class of the table that a key holds, or None where it holds none (or one of several kinds)."""
     annotation = None if field is None else field.annotation
     return annotation if isinstance(annotation, type) and issubclass(annotation, Table) else None
 
