@@ -16,7 +16,7 @@ UNITS = {
     "rms_cross_track_error": "m",
     "rms_heading_error": "rad",
     "rms_robust_input": "m/s²",
-    "command_variation": "rad/s",
+    "command_variation": "rad/s (wheel_speed) or N·m (wheel_torque)",
     "max_slip_ratio": "1",
     "median_slip_ratio": "1",
     "saturation_fraction": "1",
@@ -53,6 +53,8 @@ def measure(columns: Columns, world: int, last_row: int) -> dict[str, float | No
     error = rows("error.position")
     robust = rows("decision.robust_input.x"), rows("decision.robust_input.y")
     held = columns.get("guarantee.held")
+    # of the commanded yaw rate, or of the right wheel's torque where torque is commanded
+    commanded = "decision.yaw_rate" if "decision.yaw_rate" in columns else "wheel.torque_command.right"
     values = {
         "rms_position_error": rms(error),
         "max_position_error": float(error.max()),
@@ -60,7 +62,7 @@ def measure(columns: Columns, world: int, last_row: int) -> dict[str, float | No
         "rms_cross_track_error": rms(rows("error.cross_track")),
         "rms_heading_error": rms(rows("error.heading")),
         "rms_robust_input": math.sqrt(float(np.mean(robust[0] ** 2 + robust[1] ** 2))),
-        "command_variation": float(np.abs(np.diff(rows("decision.yaw_rate"))).sum()),
+        "command_variation": float(np.abs(np.diff(rows(commanded))).sum()),
         "max_slip_ratio": float(rows("slip.ratio").max()),
         "median_slip_ratio": float(np.median(rows("slip.ratio"))),
         "saturation_fraction": float(rows("decision.saturated").mean()),
