@@ -28,12 +28,11 @@ def _plan(worlds: Sequence[World]) -> plans.Plan:
         return gather(worlds, lambda scenario: read(scenario.reference))
 
     def pose(read: Callable) -> Array:
-        return np.array(
-            [
-                (end.x, end.y, math.radians(end.heading_deg), end.speed)
-                for end in (read(world.scenario.reference) for world in worlds)
-            ]
-        )
+        ends = [read(world.scenario.reference) for world in worlds]
+        rows = [(end.x, end.y, math.radians(end.heading_deg), end.speed) for end in ends]
+        if ends[0].yaw_rate is None:
+            return np.array(rows)
+        return np.array([(*row, end.yaw_rate, end.acceleration) for row, end in zip(rows, ends, strict=True)])
 
     kind = worlds[0].scenario.reference.kind
     if kind == "point_to_point":

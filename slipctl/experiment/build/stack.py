@@ -37,6 +37,7 @@ def batch_key(world: World) -> tuple:
         s.robot.speed_limit if s.robot.drive == "wheel_torque" else None,
         None if s.slip is None else s.slip.kind,
         s.reference.kind,
+        s.reference.kind == "point_to_point" and s.reference.start.yaw_rate is None,
         getattr(s.reference, "time_scaling", False),
         (s.sensing.pose, s.sensing.velocity, s.sensing.acceleration),
         tuple(
