@@ -43,8 +43,7 @@ class PointToPoint(Table):
     goal: PathGoal = quantity("Pose and speed at the goal")
     duration: float = quantity("Time from start to goal", "s", gt=0)
     time_scaling: bool = quantity(
-        "Run the path from rest to rest: the speeds at its ends are then those in the path's own time, which "
-        "the run goes through slowly at first and last",
+        "Run the path from rest to rest: the speeds at its ends are then those in the path's own time",
         "",
         False,
     )

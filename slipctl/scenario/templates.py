@@ -5,12 +5,13 @@ from collections.abc import Iterator, Mapping
 from json import dumps
 from typing import Any
 
-from slipctl.scenario.base import Table
+from slipctl.scenario.applies import ignored
+from slipctl.scenario.base import Table, lookup
 from slipctl.scenario.identity import dump
 from slipctl.scenario.loading import load, sweep_table
 from slipctl.scenario.model import NAME_PATTERN, Scenario
 from slipctl.scenario.problems import Problem, ScenarioError, quote
-from slipctl.scenario.structure import allowed, choices
+from slipctl.scenario.structure import Path, allowed, choices
 
 
 def template(like: str, name: str) -> str:
@@ -46,14 +47,14 @@ def template(like: str, name: str) -> str:
         "",
         f"name = {quote(name)}",
         f"description = {quote(scenario.description)}",
-        *_keys(scenario, applies, skip),
+        *_keys((), scenario, applies, skip),
     ]
     for section in ("robot", "plant", "ground", "slip", "reference", "start", "sensing"):
         table = getattr(scenario, section)
         if table is not None and section in applies:
-            lines += _section(section, "" if section in given else "# ", table, applies[section])
-    for entry, tables in zip(scenario.controller, applies["controller"], strict=True):
-        lines += _section("controller", "", entry, tables)
+            lines += _section((section,), "" if section in given else "# ", table, applies)
+    for index, entry in enumerate(scenario.controller):
+        lines += _section(("controller", index), "", entry, applies)
     if scenario.sweep:
         lines += _head("sweep", "[sweep]")
         lines += [f"{quote(key)} = {_value(value)}" for key, value in sweep_table(scenario.sweep).items()]
@@ -64,14 +65,15 @@ def _head(section: str, head: str) -> list[str]:
     return ["", f"# {Scenario.model_fields[section].description}.", head]
 
 
-def _section(section: str, mark: str, table: Table, applies: Mapping[str, Any]) -> Iterator[str]:
-    yield from _head(section, mark + ("[[controller]]" if section == "controller" else f"[{section}]"))
-    yield from _keys(table, applies)
+def _section(path: Path, mark: str, table: Table, applies: Mapping[str, Any]) -> Iterator[str]:
+    section = str(path[0])
+    yield from _head(section, mark + (f"[[{section}]]" if len(path) == 2 else f"[{section}]"))
+    yield from _keys(path, table, applies)
 
 
-def _keys(table: Table, applies: Mapping[str, Any], skip: tuple[str, ...] = ()) -> Iterator[str]:
+def _keys(path: Path, table: Table, applies: Mapping[str, Any], skip: tuple[str, ...] = ()) -> Iterator[str]:
     """Lines of a table's own keys, its kind first, those left at their defaults as comments."""
-    fields = type(table).model_fields
+    fields, without = type(table).model_fields, ignored(applies)
     for name in sorted(fields, key=lambda name: name != "kind"):
         value, field = getattr(table, name), fields[name]
         is_section = isinstance(table, Scenario) and isinstance(value, Table | tuple)
@@ -79,9 +81,15 @@ def _keys(table: Table, applies: Mapping[str, Any], skip: tuple[str, ...] = ()) 
             continue
         words = choices(field)
         text = f"{field.description}: {', '.join(words)}" if len(words) > 1 else field.description
-        if value is None:
+        if (*path, name) in without:
+            continue
+        if isinstance(value, Table) and not value.model_fields_set:
+            inner = type(value).model_fields
+            used = ", ".join(key for key in inner if (*path, name, key) not in without)
+            yield f"# {name}: {text}: {{ {used} }}"
+        elif value is None:
             yield f"# {name}: {text}"
-        elif name in applies:
+        elif name in lookup(applies, *path):
             mark = "" if name in table.model_fields_set else "# "
             yield f"{mark}{name} = {_value(_plain(value))}  # {text}"
 
