@@ -10,10 +10,8 @@ from mujoco.batch import Batch
 
 from slipctl.plants.model import WHEELS
 from slipctl.plants.standstill import Tyre
+from slipctl.theory.robot import GRAVITY
 from slipctl.tick import Array, Slip
-
-GRAVITY = 9.81
-"""Standard gravity as slipctl rounds it [m/s²]."""
 
 LEAST_CREEP_SPEED = 0.05
 """Wheel speed below which creep grows no stiffer, so that it stays finite at standstill [m/s] (assumed)."""

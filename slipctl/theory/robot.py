@@ -8,6 +8,9 @@ import numpy as np
 
 from slipctl.tick import Array
 
+GRAVITY = 9.81
+"""Standard gravity as slipctl rounds it [m/s²]."""
+
 
 @dataclass(frozen=True)
 class WheelGeometry:

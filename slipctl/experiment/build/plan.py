@@ -10,6 +10,7 @@ import numpy as np
 from slipctl.experiment.build.stack import World, gather, tick_count
 from slipctl.theory import reference as plans
 from slipctl.theory.flatness import flat_to_state
+from slipctl.theory.robot import GRAVITY
 from slipctl.theory.time_scale import TimeScaled
 from slipctl.tick import Array, Reference, Start
 
@@ -86,6 +87,8 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
         axis=-1,
     )
     heading = heading + np.radians(gather(worlds, lambda scenario: scenario.start.heading_offset_deg))
-    return Start(
-        planned.position[0] + offset, heading, speed * moving, turn * moving, push * moving, path_speed
-    )
+    # torque motors that hold a robot on a slope already push against what gravity asks for
+    slope = np.radians(gather(worlds, lambda scenario: scenario.ground.slope_deg))
+    downhill = np.radians(gather(worlds, lambda scenario: scenario.ground.downhill_deg))
+    push = push * moving - GRAVITY * np.sin(slope) * np.cos(heading - downhill)
+    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving, push, path_speed)

@@ -77,7 +77,7 @@ def gravity(worlds: Sequence[World]) -> Array:
     """Return the part of gravity along the floor, (N, 2) world x, y [m/s²]; none but on MuJoCo's floor."""
     if worlds[0].scenario.plant.kind != "mujoco":
         return np.zeros((len(worlds), 2))
-    from slipctl.plants.ground import GRAVITY
+    from slipctl.theory.robot import GRAVITY
 
     grounds = [world.scenario.ground for world in worlds]
     slopes = [(math.radians(ground.slope_deg), math.radians(ground.downhill_deg)) for ground in grounds]
