@@ -18,6 +18,7 @@ import numpy as np
 
 from slipctl import scenario as files
 from slipctl.experiment import build
+from slipctl.experiment.build.plant import slip_law
 from slipctl.plants.ode import KinematicOde
 from slipctl.scenario.problems import Problem
 from slipctl.study.corrected import CorrectedOde, Differences, measure_differences
@@ -134,7 +135,7 @@ def _climb(scenario: files.Scenario, label: str) -> list[Rung]:
     worlds = files.worlds(scenario)
     geometry = build.read_robot(scenario).geometry
     start = build.start(worlds, build.references(worlds))
-    law = build.slip_law(worlds)
+    law = slip_law(worlds)
     below: list[tuple[str, StudyRun]] = []
     if law is None:
         emergent = closed_loop(scenario, only=label)[label]
@@ -192,7 +193,7 @@ def _moving_floor(scenario: files.Scenario, law: SlipLaw) -> Any:
 
     if scenario.plant.kind == "mujoco" and scenario.slip is not None:
         worlds = files.worlds(scenario)
-        return build.plant(worlds, build.read_robot(scenario).geometry, 1)
+        return build.plant(worlds, build.read_robot(scenario), 1)
     return MujocoPlant.build(
         model=scenario.robot.model,
         ground=Ground.flat(GRIP),

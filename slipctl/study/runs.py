@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from slipctl import scenario as files
-from slipctl.experiment import build
+from slipctl.experiment import build, run
 from slipctl.experiment.batch import STATUS_NAMES
-from slipctl.guarantee import with_guarantee
-from slipctl.metrics import measure
+from slipctl.metrics import UNITS, measure
 from slipctl.recording import Columns, Recorder, with_errors
 from slipctl.scenario.grid import with_values
 from slipctl.scenario.loading import tables_of
@@ -126,27 +125,29 @@ def closed_loop(
     Returns
     -------
     dict
-        By label.
+        By label; without the columns of the guarantee.
     """
     worlds = files.worlds(scenario)
     robot = build.read_robot(scenario)
     planned = build.references(worlds)
     rows = len(planned.position)
+    sensor = None if build.sees_the_truth(worlds) else build.sensor(worlds, robot.geometry, rows)
     runs = {}
     for index, config in enumerate(scenario.controller):
         if only is not None and config.label != only:
             continue
-        law = build.law(worlds, index, robot.geometry)
+        law = build.law(worlds, index, robot)
         recorder = Recorder(rows, 1)
         ending = simulate(
-            plant or build.plant(worlds, robot.geometry, 1),
+            plant or build.plant(worlds, robot, 1),
             law.controller,
             planned,
             start or build.start(worlds, planned),
             scenario.tick,
             recorder.write,
+            sensor=sensor,
         )
-        columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, scenario.tick)
+        columns = with_errors(recorder.columns())
         last = int(ending.last_row[0])
         runs[config.label] = StudyRun(
             label=config.label,
@@ -156,3 +157,35 @@ def closed_loop(
             | {"time": np.arange(last + 1) * scenario.tick},
         )
     return runs
+
+
+def run_all(scenario: files.Scenario) -> dict[str, StudyRun]:
+    """Run the one world of a scenario as `slipctl run` does; by label."""
+    result = run(scenario)
+    runs = {}
+    for row in result.metrics.to_pylist():
+        signals = result.run_signals(row["run"])
+        columns = {
+            name: np.array(signals.column(name).to_pylist(), dtype=float)
+            if signals.column(name).null_count
+            else signals.column(name).to_numpy()
+            for name in signals.column_names
+        }
+        metrics = {name: row[name] for name in UNITS}
+        runs[row["controller"]] = StudyRun(row["controller"], row["status"], metrics, columns)
+    return runs
+
+
+def medians(scenario: files.Scenario, seeds: Sequence[int]) -> dict[str, dict[str, float]]:
+    """Return the median of every metric over seeds, by label."""
+    result = run(files.override(scenario, {"seed": list(seeds)}))
+    rows = result.metrics.to_pylist()
+    labels = dict.fromkeys(row["controller"] for row in rows)
+    return {
+        label: {
+            name: float(np.median([row[name] for row in rows if row["controller"] == label]))
+            for name in UNITS
+            if all(row[name] is not None for row in rows if row["controller"] == label)
+        }
+        for label in labels
+    }

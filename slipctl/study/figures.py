@@ -1,0 +1,208 @@
+"""The figures of the paper, drawn again: the same quantities under the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipctl.study import style
+from slipctl.study.runs import StudyRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Sections = Mapping[str, Mapping[str, StudyRun]]
+TIME = "time t [s]"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One figure.
+
+    Attributes
+    ----------
+    number : int
+        As in the paper.
+    section : str
+        Which runs it shows.
+    caption : str
+    draw : callable
+        From the section's nominal and robust run to the figure.
+    """
+
+    number: int
+    section: str
+    caption: str
+    draw: Callable[[StudyRun, StudyRun], Figure]
+
+    @property
+    def name(self) -> str:
+        """File name without its ending."""
+        return f"figure-{self.number:02d}"
+
+
+def slip_velocity(nominal: StudyRun, robust: StudyRun) -> Figure:
+    """Draw v_t(t) under the robust law."""
+    figure, axes = style.new_figure(1, 1, 2.4)
+    _line(axes[0, 0], robust, robust["slip.longitudinal"], style.ROBUST, "$v_t$")
+    _line(axes[0, 0], robust, robust["motion.forward_speed"], style.DESIRED, "$v$ (wheels)")
+    style.label(axes[0, 0], TIME, "speed [m/s]")
+    axes[0, 0].set_ylim(bottom=0.0)
+    axes[0, 0].legend(loc="upper right", ncols=2)
+    return figure
+
+
+def paths(nominal: StudyRun, robust: StudyRun) -> Figure:
+    """Draw the desired path and both actual ones, and a piece of them from near by."""
+    figure, axes = style.new_figure(1, 2, 3.9)
+    whole, near = axes[0]
+    for plot in (whole, near):
+        _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)
+        _path(plot, nominal, "motion.position", style.NOMINAL, "nominal")
+        _path(plot, robust, "motion.position", style.ROBUST, "robust")
+        plot.set_aspect("equal", adjustable="datalim")
+        style.label(plot, "x [m]", "y [m]")
+    # the end of the path, wherever the nominal law left it
+    ends = [run.pair(column)[-1] for run, column in _ends(nominal, robust)]
+    centre = (np.max(ends, axis=0) + np.min(ends, axis=0)) / 2.0
+    half = max(0.06, 1.5 * float(np.ptp(ends, axis=0).max()))
+    near.set_xlim(centre[0] - half, centre[0] + half)
+    near.set_ylim(centre[1] - half, centre[1] + half)
+    whole.set_title("whole path")
+    near.set_title("its end")
+    style.legend_above(figure, whole)
+    return figure
+
+
+def _ends(nominal: StudyRun, robust: StudyRun) -> list[tuple[StudyRun, str]]:
+    return [(robust, "reference.position"), (robust, "motion.position"), (nominal, "motion.position")]
+
+
+def errors(nominal: StudyRun, robust: StudyRun) -> Figure:
+    """Draw the tracking errors in x and y."""
+    figure, axes = style.new_figure(2, 1, 3.8, sharex=True)
+    for index, (plot, axis) in enumerate(zip(axes[:, 0], "xy", strict=True)):
+        for run, colour, name in ((nominal, style.NOMINAL, "nominal"), (robust, style.ROBUST, "robust")):
+            gap = run.pair("motion.position") - run.pair("reference.position")
+            _line(plot, run, 1e3 * gap[:, index], colour, name)
+        plot.axhline(0.0, color=style.DESIRED, linewidth=0.8)
+        style.label(plot, TIME if index else "", f"error in {axis} [mm]")
+    style.legend_above(figure, axes[0, 0])
+    return figure
+
+
+def headings(nominal: StudyRun, robust: StudyRun) -> Figure:
+    """Draw the desired heading and both actual ones."""
+    figure, axes = style.new_figure(1, 1, 2.9)
+    _line(axes[0, 0], robust, np.unwrap(robust["reference.heading"]), style.DESIRED, "desired", 2.6)
+    _line(axes[0, 0], nominal, np.unwrap(nominal["motion.heading"]), style.NOMINAL, "nominal")
+    _line(axes[0, 0], robust, np.unwrap(robust["motion.heading"]), style.ROBUST, "robust")
+    style.label(axes[0, 0], TIME, "heading θ [rad]")
+    style.legend_above(figure, axes[0, 0])
+    return figure
+
+
+def inputs(unit: str) -> Callable[[StudyRun, StudyRun], Figure]:
+    """Return how to draw both terms of the robust law: its first second, and all of the run."""
+
+    def draw(nominal: StudyRun, robust: StudyRun) -> Figure:
+        figure, axes = style.new_figure(2, 2, 4.0, sharex="col")
+        time = robust["time"]
+        first = time <= min(1.0, 0.25 * time[-1])
+        for index, axis in enumerate("xy"):
+            hats = robust.pair("decision.nominal_input")[:, index]
+            deltas = robust.pair("decision.robust_input")[:, index]
+            for plot, shown in zip(axes[index], (first, np.ones_like(first)), strict=True):
+                # the larger term behind, the smaller one on top of it
+                _line(plot, robust, hats, style.NOMINAL_INPUT, r"nominal $\hat{v}$", shown=shown)
+                _line(plot, robust, deltas, style.ROBUST_INPUT, r"corrective $\Delta v$", 1.1, shown=shown)
+                plot.axhline(0.0, color=style.DESIRED, linewidth=0.8, zorder=0)
+                style.label(plot, TIME if index else "", f"{axis} component [{unit}]" if plot is axes[index, 0] else "")
+            later = ~first
+            if later.any():
+                most = 1.15 * max(np.abs(hats).max(), np.abs(deltas[later]).max())
+                axes[index, 1].set_ylim(-most, most)
+        axes[0, 0].set_title("the beginning")
+        axes[0, 1].set_title("the whole run, peaks cut off")
+        style.legend_above(figure, axes[0, 0])
+        return figure
+
+    return draw
+
+
+def torques(nominal: StudyRun, robust: StudyRun) -> Figure:
+    """Draw both wheel torques of the robust law."""
+    figure, axes = style.new_figure(1, 1, 2.9)
+    for side, colour in (("right", style.NOMINAL_INPUT), ("left", style.ROBUST_INPUT)):
+        values = robust[f"wheel.torque_command.{side}"]
+        _line(axes[0, 0], robust, values, colour, rf"$\tau_{side[0]}$ ({side} wheel)")
+    axes[0, 0].axhline(0.0, color=style.DESIRED, linewidth=0.8, zorder=0)
+    style.label(axes[0, 0], TIME, "torque [N·m]")
+    style.legend_above(figure, axes[0, 0])
+    return figure
+
+
+_KINEMATIC, _DYNAMIC, _EXPERIMENT = "kinematic", "dynamic", "experiment"
+PICTURES: tuple[Picture, ...] = (
+    Picture(3, _KINEMATIC, "Slip velocity v_t(t) under the robust kinematic law: 40 % of v(t).", slip_velocity),
+    Picture(4, _KINEMATIC, "Kinematic laws: desired and actual paths.", paths),
+    Picture(5, _KINEMATIC, "Kinematic laws: tracking errors in x and y.", errors),
+    Picture(6, _KINEMATIC, "Kinematic laws: desired and actual heading.", headings),
+    Picture(7, _KINEMATIC, "Robust kinematic law: nominal term v̂ and corrective term Δv.", inputs("m/s²")),
+    Picture(8, _DYNAMIC, "Dynamic laws: desired and actual paths.", paths),
+    Picture(9, _DYNAMIC, "Dynamic laws: tracking errors in x and y.", errors),
+    Picture(10, _DYNAMIC, "Dynamic laws: desired and actual heading.", headings),
+    Picture(11, _DYNAMIC, "Robust dynamic law: nominal term v̂ and corrective term Δv.", inputs("m/s³")),
+    Picture(12, _DYNAMIC, "Robust dynamic law: wheel torques.", torques),
+    Picture(14, _EXPERIMENT, "Experiment, simulated: desired and actual paths.", paths),
+    Picture(15, _EXPERIMENT, "Experiment, simulated: tracking errors in x and y.", errors),
+    Picture(16, _EXPERIMENT, "Experiment, simulated: nominal term v̂ and corrective term Δv.", inputs("m/s²")),
+)
+"""Every figure that shows a run; 1 and 2 are sketches of the robot, 13 is a photograph."""
+
+SHOWN = {_KINEMATIC: ("nominal", "paper"), _DYNAMIC: ("nominal", "proportional"), _EXPERIMENT: ("nominal", "robust")}
+"""Labels of the nominal and the robust run that a section's figures show."""
+
+
+def draw_all(sections: Sections, folder: Path) -> list[Picture]:
+    """Write every figure whose section was run as PNG and SVG into `folder`; return which."""
+    drawn = []
+    with style.styled():
+        for picture in PICTURES:
+            runs = sections.get(picture.section)
+            if not runs:
+                continue
+            nominal, robust = (runs[label] for label in SHOWN[picture.section])
+            style.write(picture.draw(nominal, robust), folder / picture.name)
+            drawn.append(picture)
+    return drawn
+
+
+def _line(
+    axes: Axes,
+    run: StudyRun,
+    values: np.ndarray,
+    colour: str,
+    name: str,
+    width: float = 1.4,
+    shown: np.ndarray | None = None,
+) -> None:
+    time = run["time"]
+    if shown is not None:
+        time, values = time[shown], values[shown]
+    some = style.thinned(len(time))
+    axes.plot(time[some], values[some], color=colour, label=name, linewidth=width)
+    axes.set_xlim(time[0], time[-1])
+
+
+def _path(
+    axes: Axes, run: StudyRun, column: str, colour: str, name: str, width: float = 1.4
+) -> None:
+    pair = run.pair(column)
+    some = style.thinned(len(pair))
+    axes.plot(pair[some, 0], pair[some, 1], color=colour, label=name, linewidth=width)
