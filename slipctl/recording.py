@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.guarantee import UNITS as GUARANTEE_UNITS
 from slipctl.simulate import Ending, Row, Sensed
 from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.slip import slip_ratio
-from slipctl.tick import BodyPose, SpeedCommand, TorqueCommand, WheelContact
+from slipctl.tick import BodyPose, PathTime, SpeedCommand, TorqueCommand, WheelContact
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -47,6 +48,10 @@ class Signal:
     unit: str
     parts: tuple[str, ...]
     read: Callable[[Row], NDArray | None]
+
+
+def _path(read: Callable[[PathTime], NDArray]) -> Callable[[Row], NDArray | None]:
+    return lambda row: None if row.reference.path_time is None else read(row.reference.path_time)
 
 
 def _pose(read: Callable[[BodyPose], NDArray]) -> Callable[[Row], NDArray | None]:
@@ -82,6 +87,10 @@ SIGNALS = (
     Signal("reference.velocity", "m/s", XY, lambda row: row.reference.velocity),
     Signal("reference.acceleration", "m/s²", XY, lambda row: row.reference.acceleration),
     Signal("reference.jerk", "m/s³", XY, lambda row: row.reference.jerk),
+    Signal("reference.path_time", "s", SCALAR, _path(lambda path: path.elapsed)),
+    Signal("reference.path_rate", "1", SCALAR, _path(lambda path: path.rate)),
+    Signal("reference.path_velocity", "m/s", XY, _path(lambda path: path.velocity)),
+    Signal("reference.path_acceleration", "m/s²", XY, _path(lambda path: path.acceleration)),
     Signal("motion.position", "m", XY, lambda row: row.motion.position),
     Signal("motion.velocity", "m/s", XY, lambda row: row.motion.velocity),
     Signal("motion.heading_vector", "1", XY, lambda row: row.motion.heading_vector),
@@ -100,6 +109,8 @@ SIGNALS = (
     Signal("decision.robust_input", "m/s²", XY, lambda row: row.decision.trace.robust_input),
     Signal("decision.robust_gain", "m/s²", SCALAR, lambda row: row.decision.trace.robust_gain),
     Signal("decision.weighted_error", "1", XY, lambda row: row.decision.trace.weighted_error),
+    Signal("decision.path_speed", "m/s", SCALAR, lambda row: row.decision.trace.path_speed),
+    Signal("decision.path_velocity", "m/s", XY, lambda row: row.decision.trace.path_velocity),
     Signal("decision.forward_speed", "m/s", SCALAR, _speed(lambda command: command.forward_speed)),
     Signal("decision.yaw_rate", "rad/s", SCALAR, _speed(lambda command: command.yaw_rate)),
     Signal("decision.acceleration", "m/s²", SCALAR, _torque(lambda command: command.acceleration)),
@@ -128,9 +139,7 @@ DERIVED_UNITS = {
     "error.position": "m",
     "error.cross_track": "m",
     "error.heading": "rad",
-    "guarantee.uncertainty": "m/s²",
-    "guarantee.held": "bool",
-}
+} | GUARANTEE_UNITS
 """Columns computed from the recorded ones after the loop."""
 
 UNITS = {
@@ -145,9 +154,11 @@ LAW_COLUMNS = {
     "decision.robust_gain",
     "decision.weighted_error.x",
     "decision.weighted_error.y",
-    "guarantee.held",
-}
+} | (set(GUARANTEE_UNITS) - {"guarantee.uncertainty"})
 """Columns that only some laws fill."""
+
+PATH_COLUMNS = {"decision.path_speed", "decision.path_velocity.x", "decision.path_velocity.y"}
+"""Columns that only laws in the path's own time fill."""
 
 
 @dataclass
@@ -205,14 +216,14 @@ def with_errors(columns: Columns) -> Columns:
         heading error wrapped to (−π, π].
     """
     columns = dict(columns)
-    velocity = np.stack([columns["reference.velocity.x"], columns["reference.velocity.y"]], axis=-1)
-    acceleration = np.stack(
-        [columns["reference.acceleration.x"], columns["reference.acceleration.y"]], axis=-1
-    )
+    # a path that rests has a heading in its own time only
+    stem = "reference.path_" if "reference.path_time" in columns else "reference."
+    velocity, acceleration = _pair(columns, stem + "velocity"), _pair(columns, stem + "acceleration")
     speed, heading, _, yaw_rate = flat_to_state(velocity, acceleration)
+    rate = columns.get("reference.path_rate", 1.0)
     columns["reference.heading"] = heading
-    columns["reference.forward_speed"] = speed
-    columns["reference.yaw_rate"] = yaw_rate
+    columns["reference.forward_speed"] = speed * rate
+    columns["reference.yaw_rate"] = yaw_rate * rate
     for seen in ("motion", "sensed") if "sensed.fix" in columns else ("motion",):
         cosine, sine = columns.pop(f"{seen}.heading_vector.x"), columns.pop(f"{seen}.heading_vector.y")
         columns[f"{seen}.heading"] = np.arctan2(sine, cosine)
@@ -227,6 +238,10 @@ def with_errors(columns: Columns) -> Columns:
     turn = columns["motion.heading"] - heading
     columns["error.heading"] = np.arctan2(np.sin(turn), np.cos(turn))
     return columns
+
+
+def _pair(columns: Columns, stem: str) -> NDArray:
+    return np.stack([columns[f"{stem}.x"], columns[f"{stem}.y"]], axis=-1)
 
 
 def signal_table(run: int, world: int, columns: Columns, ending: Ending, tick: float) -> pa.Table:
@@ -262,7 +277,7 @@ def signal_table(run: int, world: int, columns: Columns, ending: Ending, tick: f
             # the uncertainty of a tick needs the next row, which the last row does not have
             mask = np.arange(rows) == rows - 1 if name.startswith("guarantee.") else None
             array = pa.array(columns[name][world, :rows], type=kind, mask=mask)
-        elif name in LAW_COLUMNS:
+        elif name in LAW_COLUMNS or (name in PATH_COLUMNS and "reference.path_time" in columns):
             array = pa.nulls(rows, kind)
         else:
             continue

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipctl.experiment import build
-from slipctl.guarantee import with_guarantee
+from slipctl.guarantee import verdict, with_guarantee
 from slipctl.metrics import measure
 from slipctl.recording import Recorder, signal_table, with_errors
 from slipctl.simulate import simulate
@@ -40,6 +40,8 @@ class Run:
     end_time : float
         Time of the last row that counts [s].
     metrics : dict
+    guarantee : dict
+        As of `slipctl.guarantee.verdict`.
     signals : pyarrow.Table
     """
 
@@ -50,6 +52,7 @@ class Run:
     status: str
     end_time: float
     metrics: dict[str, float | None]
+    guarantee: dict[str, float | str | None]
     signals: pa.Table
 
 
@@ -114,6 +117,7 @@ def run_batch(
                     status=STATUS_NAMES[Status(int(ending.status[row]))],
                     end_time=last * tick,
                     metrics=measure(columns, row, last),
+                    guarantee=verdict(columns, law.hypotheses, row, last, tick),
                     signals=signal_table(run, row, columns, ending, tick),
                 )
             )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipctl.experiment.batch import Run
+from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ class Result:
                     "seed": row["seed"],
                     "status": row["status"],
                     "metrics": {name: row[name] for name in UNITS},
+                    "guarantee": {name: row[name] for name in ("first_violation", *METRIC_UNITS)},
                     "recording": recording,
                 }
             )
@@ -117,6 +119,9 @@ def metrics_table(runs: Sequence[Run], worlds: Sequence[World], recordings: dict
     add("end_time", [run.end_time for run in runs], pa.float64(), "s")
     for name, unit in UNITS.items():
         add(name, [run.metrics[name] for run in runs], pa.float64(), unit)
+    add("first_violation", [run.guarantee["first_violation"] for run in runs], pa.string())
+    for name, unit in METRIC_UNITS.items():
+        add(name, [run.guarantee[name] for run in runs], pa.float64(), unit)
     add("recording", [recordings.get(run.world) for run in runs], pa.string())
     return pa.Table.from_arrays(
         [array for _, array in columns], schema=pa.schema([column for column, _ in columns])

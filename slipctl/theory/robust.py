@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 
 from slipctl.tick import Array
@@ -158,7 +159,7 @@ UNCERTAINTIES = {
 
 
 def largest_calm_tick(
-    boundary_layer: Array, robust_gain: Array, lyapunov_corner: Array, slip: Array
+    boundary_layer: Array, robust_gain: Array, lyapunov_corner: Array, slip: NDArray[np.complex128]
 ) -> Array:
     """Return the tick above which the boundary layer chatters under a zero-order hold.
 

@@ -15,6 +15,7 @@ from slipctl.experiment import run
 from slipctl.experiment.batch import Run
 from slipctl.experiment.folder import OutputError
 from slipctl.experiment.record import RecordChoiceError, worlds_to_record
+from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
 LAWS = [
@@ -71,12 +72,16 @@ def test_machine_output_is_the_contract():
     assert output["model_id"].startswith("sha256:")
     assert {"slipctl", "mujoco"} <= set(output["versions"])
     first = output["runs"][0]
-    assert set(first) == {"controller", "varied", "seed", "status", "metrics", "recording"}
+    assert set(first) == {"controller", "varied", "seed", "status", "metrics", "guarantee", "recording"}
     assert first["varied"] == {"ground.friction": 0.05}
     assert set(first["metrics"]) == set(UNITS)
     assert first["metrics"]["guarantee_fraction"] is None
     assert first["recording"] is None
-    assert output["runs"][1]["metrics"]["guarantee_fraction"] is not None
+    assert set(first["guarantee"]) == {"first_violation", *METRIC_UNITS}
+    assert set(first["guarantee"].values()) == {None}
+    robust = output["runs"][1]
+    assert robust["metrics"]["guarantee_fraction"] is not None
+    assert robust["guarantee"]["calm_tick"] > 0.0
 
 
 def folder_of(scenario: files.Scenario, out: Path, **options) -> Path:
@@ -214,6 +219,7 @@ def test_which_worlds_are_recorded():
             status=row["status"],
             end_time=row["end_time"],
             metrics={name: row[name] for name in UNITS},
+            guarantee={},
             signals=result.run_signals(row["run"]),
         )
         for row in result.metrics.to_pylist()

@@ -1,0 +1,126 @@
+"""Ultimate bounds on the position error under (59) and (73), the appendix of the paper corrected.
+
+All take Q = I, as the laws do, and one axis of P: the paper's matrix is it ⊗ I₂, and every bound below is
+attained with x and y in one direction.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slipctl.tick import Array
+
+GRID = 201
+ZOOMS = 4
+BISECTIONS = 60
+
+
+def level_set(weights: Array, boundary_layer: float, robust_gain: float) -> float:
+    """Return the level c of V = eᵀPe that cannot be left, (99) corrected.
+
+    The paper's R has ρ outside the root, and takes the ball of radius R for invariant; it is the smallest
+    level set around it that is: c = λ_max(P) R² with R² = ερ/2.
+
+    Parameters
+    ----------
+    weights : (order, order) array
+        P of one axis.
+    boundary_layer, robust_gain : float
+        ε, and the supremum of ρ.
+    """
+    return float(np.linalg.eigvalsh(weights)[-1]) * boundary_layer * robust_gain / 2.0
+
+
+def tight_level_set(weights: Array, boundary_layer: float, robust_gain: float) -> float:
+    """Return the smallest level of V that the estimate of the appendix gives before it is simplified.
+
+    V can grow only where eᵀe ≤ 2ρ(‖w‖ − ‖w‖²/ε), w = JᵀPe, ‖w‖ < ε; this is the largest V there (derived).
+    For a given ‖w‖ that is a quadratic form over a circle, whose Lagrangian dual is exact, and from above
+    wherever it is stopped.
+
+    Parameters
+    ----------
+    weights, boundary_layer, robust_gain
+        As in `level_set`.
+    """
+    if boundary_layer <= 0.0 or robust_gain <= 0.0:
+        return 0.0
+    row = weights[-1]
+    squared = float(np.sum(row * row))
+    # e = (‖w‖/|row|²) row + rest, and the rest lies across the row
+    across = np.linalg.svd(row[None, :])[2][1:]
+    form, turned = np.linalg.eigh(across @ weights @ across.T)
+    slope = turned.T @ (across @ weights @ row) / squared
+    own = float(row @ weights @ row) / squared**2
+
+    def largest(length: Array) -> Array:
+        allowed = 2.0 * robust_gain * (length - length * length / boundary_layer)
+        radius = np.sqrt(np.maximum(allowed - length * length / squared, 0.0))
+        linear = slope[:, None] * length
+        low = np.full_like(length, form[-1])
+        high = form[-1] + np.sqrt(np.sum(linear * linear, axis=0)) / np.maximum(radius, 1e-12)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2.0
+            pull = np.sum((linear / np.maximum(middle - form[:, None], 1e-300)) ** 2, axis=0)
+            low, high = np.where(pull > radius**2, middle, low), np.where(pull > radius**2, high, middle)
+        rest = high * radius**2 + np.sum(linear**2 / np.maximum(high - form[:, None], 1e-300), axis=0)
+        return np.where(radius > 0.0, own * length * length + rest, 0.0)
+
+    lower, upper, best = 0.0, boundary_layer, 0.0
+    for _ in range(ZOOMS):
+        lengths = np.linspace(lower, upper, GRID)
+        values = largest(lengths)
+        index = int(np.argmax(values))
+        best = max(best, float(values[index]))
+        lower, upper = float(lengths[max(index - 1, 0)]), float(lengths[min(index + 1, GRID - 1)])
+    return best
+
+
+def position_bound(weights: Array, level: float) -> float:
+    """Return the largest |e₁| [m] of a level set V ≤ `level`: √(level (P⁻¹)₁₁)."""
+    return math.sqrt(level * float(np.linalg.inv(weights)[0, 0]))
+
+
+def small_gain(gains: Array, weights: Array) -> float:
+    """Return the loop gain between ‖w‖ and P₁₂|e₁| outside the boundary layer of the kinematic law.
+
+    Outside the layer and with ‖η‖ ≤ ρ, d‖w‖/dt ≤ −a‖w‖ + b|e₁| with a = K₂ − P₁₂/P₂₂ and
+    b = |K₂P₁₂ − P₁₂²/P₂₂ − K₁P₂₂|, and d|e₁|/dt ≤ (‖w‖ − P₁₂|e₁|)/P₂₂. Where b/(aP₁₂) < 1, no set
+    max(‖w‖, P₁₂|e₁|) ≤ s with s ≥ ε can be left, and all above ε shrink, so that limsup |e₁| ≤ ε/P₁₂
+    whatever ρ is (derived).
+
+    Parameters
+    ----------
+    gains : (2,) array
+        K₁ [1/s²], K₂ [1/s].
+    weights : (2, 2) array
+        P of one axis.
+
+    Returns
+    -------
+    float
+        Below 1 the bound holds: for equal poles p, where it is ((|p| − 1/|p|)/2)², from 0.42 to 2.41 1/s.
+        Infinite for other orders: the same step gives 1.95 for the dynamic law.
+    """
+    if len(gains) != 2:
+        return math.inf
+    corner, last = float(weights[0, 1]), float(weights[1, 1])
+    damping = float(gains[1]) - corner / last
+    coupling = abs(float(gains[1]) * corner - corner * corner / last - float(gains[0]) * last)
+    return coupling / (damping * corner) if damping > 0.0 and corner > 0.0 else math.inf
+
+
+def settling_time(weights: Array) -> float:
+    """Return four time constants of the error on the surface JᵀPe = 0, where the robust law holds it [s].
+
+    Its roots are those of P₁ₙ + … + Pₙₙsⁿ⁻¹: 5.0 s for the kinematic law with poles −0.5. Taken as the end of
+    the first transient (assumed).
+
+    Parameters
+    ----------
+    weights : (order, order) array
+        P of one axis.
+    """
+    return 4.0 / float(-np.max(np.roots(weights[-1][::-1]).real))
