@@ -15,17 +15,21 @@ from slipctl.guarantee.path_time import in_path_time
 from slipctl.theory import ultimate
 
 
+TIME_CONSTANTS = 4
+"""Of the surface JᵀPe = 0 that the transient lasts at least (assumed)."""
+
+
 def verdict(
     columns: Mapping[str, NDArray], hypotheses: Hypotheses | None, world: int, last_row: int, tick: float
 ) -> dict[str, float | str | None]:
     """Return what the guarantee says of rows 0 … last_row of one world.
 
-    The first transient ends after `settling_time`: four time constants of the error on the surface JᵀPe = 0.
-    `settled_error` is the supremum of the position error from then on. The bounds are those that the theorem
-    gives from then on, with the supremum of ρ from then on: the level sets of V, and the small gain, each
-    from its closed form where the state is within it when the transient ends, else from the larger set on
-    whose boundary the state then is. Where every hypothesis held from then on, `error_bound` is the smallest
-    of them; elsewhere nothing is promised.
+    The transient ends at `settling_time`: after four time constants of the error on the surface JᵀPe = 0, or
+    as many more as it takes until V is within its tight level set, which the theorem then keeps it in. All
+    else is about the rows from then on: `settled_error`, the supremum of the position error, beside the bounds
+    that the theorem gives with the supremum of ρ: by the level set, the tight level set and the small gain
+    (from the larger set on whose edge the state is, where it is not yet inside). Where every hypothesis held,
+    `error_bound` is the smallest of them; elsewhere nothing is promised. All are None where V never gets there.
 
     `lyapunov_fraction` is the share of the ticks with ‖JᵀPe‖ ≥ ε on which V fell; `calm_tick` the smallest
     chatter threshold of the run; `alarm_time` when the monitor first spoke.
@@ -93,38 +97,54 @@ def _bounds(
 ) -> dict[str, float | str | None]:
     weights, gains = hypotheses.weights[world], hypotheses.gains[world]
     layer = float(hypotheses.boundary_layer[world])
-    settling = ultimate.settling_time(weights)
-    first = math.ceil(settling / tick - 1e-9)
-    if "decision.path_speed" in columns:
-        first = int(np.searchsorted(columns["reference.path_time"][world], settling - 1e-9))
-        settling = first * tick
-    found: dict[str, float | str | None] = {"settling_time": settling}
-    if first >= last_row:
-        return found
+    settled = _settled(columns, hypotheses, world, last_row, tick)
+    if settled is None:
+        return {}
+    first, gain, tight = settled
     ticks = slice(first, last_row)
-    settled = _row(columns, "error.position", world, slice(first, last_row + 1))
-    gain = float(_row(columns, "decision.robust_gain", world, ticks).max())
-    now = float(columns["guarantee.lyapunov"][world, first])
-    error = float(settled.max())
-    if not all(math.isfinite(value) for value in (gain, now, error)):
-        return found
+    errors = _row(columns, "error.position", world, slice(first, last_row + 1))
     bounds = {
-        "error_bound_level_set": max(now, ultimate.level_set(weights, layer, gain)),
-        "error_bound_tight_level_set": max(now, ultimate.tight_level_set(weights, layer, gain)),
+        "error_bound_level_set": ultimate.level_set(weights, layer, gain),
+        "error_bound_tight_level_set": tight,
     }
     bounds = {name: ultimate.position_bound(weights, level) for name, level in bounds.items()}
     if ultimate.small_gain(gains, weights) < 1.0:
         corner = float(weights[0, -1])
         reached = float(columns["guarantee.weighted_error"][world, first]) / corner
-        bounds["error_bound_small_gain"] = max(layer / corner, reached, float(settled[0]))
-    found |= bounds | {
-        "settled_guarantee_fraction": float(_row(columns, "guarantee.held", world, ticks).mean()),
-        "settled_error": error,
+        bounds["error_bound_small_gain"] = max(layer / corner, reached, float(errors[0]))
+    held = float(_row(columns, "guarantee.held", world, ticks).mean())
+    found: dict[str, float | str | None] = {
+        "settling_time": first * tick,
+        "settled_guarantee_fraction": held,
+        "settled_error": float(errors.max()),
+        **bounds,
     }
-    if found["settled_guarantee_fraction"] == 1.0:
+    if held == 1.0:
         bound = min(bounds.values())
-        found |= {"error_bound": bound, "error_bound_share": error / bound if bound > 0.0 else None}
+        found |= {"error_bound": bound, "error_bound_share": float(errors.max()) / bound}
     return found
+
+
+def _settled(
+    columns: Mapping[str, NDArray], hypotheses: Hypotheses, world: int, last_row: int, tick: float
+) -> tuple[int, float, float] | None:
+    """Return the row at which the transient ends, the supremum of ρ from there on, and the tight level."""
+    weights, layer = hypotheses.weights[world], float(hypotheses.boundary_layer[world])
+    constant = ultimate.time_constant(weights)
+    passed = columns["reference.path_time"][world] if "decision.path_speed" in columns else None
+    count = TIME_CONSTANTS
+    while True:
+        elapsed = count * constant - 1e-9
+        first = math.ceil(elapsed / tick) if passed is None else int(np.searchsorted(passed, elapsed))
+        if first >= last_row:
+            return None
+        gain = float(_row(columns, "decision.robust_gain", world, slice(first, last_row)).max())
+        if not math.isfinite(gain):
+            return None
+        level = ultimate.tight_level_set(weights, layer, gain)
+        if columns["guarantee.lyapunov"][world, first] <= level:
+            return first, gain, level
+        count += 1
 
 
 def _row(columns: Mapping[str, NDArray], name: str, world: int, rows: slice) -> NDArray:

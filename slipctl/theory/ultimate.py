@@ -112,15 +112,15 @@ def small_gain(gains: Array, weights: Array) -> float:
     return coupling / (damping * corner) if damping > 0.0 and corner > 0.0 else math.inf
 
 
-def settling_time(weights: Array) -> float:
-    """Return four time constants of the error on the surface JᵀPe = 0, where the robust law holds it [s].
+def time_constant(weights: Array) -> float:
+    """Return the time constant of the error on the surface JᵀPe = 0, where the robust law holds it [s].
 
-    Its roots are those of P₁ₙ + … + Pₙₙsⁿ⁻¹: 5.0 s for the kinematic law with poles −0.5. Taken as the end of
-    the first transient (assumed).
+    Its roots are those of P₁ₙ + … + Pₙₙsⁿ⁻¹: 1.25 s for the kinematic law with poles −0.5, 1.40 s for the
+    dynamic one.
 
     Parameters
     ----------
     weights : (order, order) array
         P of one axis.
     """
-    return 4.0 / float(-np.max(np.roots(weights[-1][::-1]).real))
+    return 1.0 / float(-np.max(np.roots(weights[-1][::-1]).real))

@@ -38,7 +38,8 @@ def test_bounds_of_the_papers_law():
     assert corrected == pytest.approx(math.sqrt(largest * layer * gain / 2.0 * inverse), rel=1e-12)
     assert ultimate.small_gain(gains, weights) == pytest.approx(0.5625, rel=1e-9)
     assert 1e3 * layer / weights[0, 1] == pytest.approx(10.0)
-    assert ultimate.settling_time(weights) == pytest.approx(5.0)
+    assert ultimate.time_constant(weights) == pytest.approx(1.25)
+    assert ultimate.time_constant(one_axis(-0.5, 3)[1]) == pytest.approx(1.4013, abs=1e-4)
 
 
 @pytest.mark.parametrize("order", [2, 3])
