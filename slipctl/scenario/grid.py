@@ -13,6 +13,9 @@ from slipctl.scenario.problems import Problem, later, nearest, quote
 from slipctl.scenario.structure import KINDS, Path, is_number, table_at
 from slipctl.scenario.values import controllers
 
+EVERY = "*"
+"""In place of a label: the key of every listed controller, all at the same value."""
+
 RUN_LIMIT = 100_000
 """Largest number of runs (worlds times controllers) of one grid."""
 
@@ -24,20 +27,23 @@ def sweepable(raw: Mapping[str, Any]) -> list[str]:
     if "slip" in raw:
         places.insert(4, ("slip.", ("slip",)))
     places += [(f"reference.{end}.", ("reference", end)) for end in ("start", "goal")]
-    for path, label, _ in controllers(raw):
-        places += [(f"controller.{label}.", path), (f"controller.{label}.believes.", (*path, "believes"))]
     without = ignored(raw)
-    return [
-        f"{prefix}{name}"
-        for prefix, path in places
-        for name in _numbers(path, raw)
-        if path not in without and (*path, name) not in without
-    ]
+    keys = [f"{prefix}{name}" for prefix, path in places for name in _numbers(path, raw, without)]
+    laws = []
+    for path, label, _ in controllers(raw):
+        own = _numbers(path, raw, without)
+        own += [f"believes.{name}" for name in _numbers((*path, "believes"), raw, without)]
+        keys += [f"controller.{label}.{name}" for name in own]
+        laws.append(own)
+    first, *others = laws or [[]]
+    return keys + [f"controller.{EVERY}.{name}" for name in first if all(name in own for own in others)]
 
 
-def _numbers(path: Path, raw: Any) -> list[str]:
+def _numbers(path: Path, raw: Any, without: Mapping[Path, str]) -> list[str]:
     table = table_at(path, raw)
-    return [] if table is None else [n for n, field in table.model_fields.items() if is_number(field)]
+    if table is None or path in without:
+        return []
+    return [n for n, field in table.model_fields.items() if is_number(field) and (*path, n) not in without]
 
 
 def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]:
@@ -71,7 +77,7 @@ def _without_effect(key: str, raw: Mapping[str, Any]) -> Problem | None:
 
 def _unsweepable(key: str, valid: Sequence[str], labels: Sequence[str]) -> Problem:
     where, (section, *rest) = f"sweep.{key}", key.split(".")
-    if section == "controller" and rest and rest[0] not in labels:
+    if section == "controller" and rest and rest[0] not in (*labels, EVERY):
         found = f"no controller labelled {quote(rest[0])}"
         return Problem(where, found, ", ".join(labels), nearest(rest[0], labels))
     what = later_key(".".join([section, *(rest[1:] if section == "controller" else rest)]))
@@ -87,10 +93,10 @@ def _unknown_kind(key: str, raw: Mapping[str, Any]) -> bool:
     """Whether a key's table is of no known kind: then the kind is wrong, and the key cannot be judged."""
     section, *rest = key.split(".")
     if section == "controller":
-        paths = [path for path, label, _ in controllers(raw) if rest and label == rest[0]]
+        paths = [path for path, label, _ in controllers(raw) if rest and rest[0] in (label, EVERY)]
     else:
         paths = [(section,)] if section in KINDS and section in raw else []
-    return bool(paths) and table_at(paths[0], raw) is None
+    return any(table_at(path, raw) is None for path in paths)
 
 
 def variations(axes: Sequence[Axis]) -> Iterator[dict[str, float | int]]:
@@ -109,10 +115,11 @@ def with_values(raw: Mapping[str, Any], values: Mapping[str, float | int]) -> di
 
 def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
     if parts[0] == "controller":
-        index = [label for _, label, _ in controllers(raw)].index(parts[1])
         entries = list(raw["controller"])
-        entries[index] = dict(entries[index])
-        _set(entries[index], parts[2:], value)
+        for (_, index), label, entry in controllers(raw):
+            if parts[1] in (label, EVERY):
+                entries[int(index)] = dict(entry)
+                _set(entries[int(index)], parts[2:], value)
         raw["controller"] = entries
         return
     table = raw
