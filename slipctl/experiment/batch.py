@@ -88,9 +88,14 @@ def run_batch(
     start = build.start(members, planned)
     plant = build.plant(members, robot, threads)
     rows = len(planned.position)
-    sensor = None if build.sees_the_truth(worlds) else build.sensor(members, robot.geometry, rows)
     for position, config in enumerate(controllers):
         law = build.law(members, position, robot)
+        known = build.believed(members, position, robot.inertia).geometry
+        sensor = (
+            None
+            if build.sees_the_truth(worlds)
+            else build.sensor(members, known, rows, build.radius_ratio(known, robot.geometry))
+        )
         recorder = Recorder(rows, len(members))
         done_before = position * (rows - 1) * len(members)
         ending = simulate(

@@ -101,6 +101,8 @@ class MotionSensor:
         Along the ground, world x, y [m/s²].
     tick : float
         [s].
+    radius_ratio : float or (N,) array
+        What the odometry believes the wheels' radius to be, in shares of the true one.
     """
 
     velocity_source: VelocitySource
@@ -113,10 +115,17 @@ class MotionSensor:
     yaw_rate_noise: Array | None
     gravity: Array
     tick: float
+    radius_ratio: float | Array = 1.0
 
     @classmethod
     def build(
-        cls, sensing: Sensing, geometry: WheelGeometry, seeds: Sequence[int], rows: int, tick: float
+        cls,
+        sensing: Sensing,
+        geometry: WheelGeometry,
+        seeds: Sequence[int],
+        rows: int,
+        tick: float,
+        radius_ratio: float | Array = 1.0,
     ) -> MotionSensor:
         """Draw all noise and return the sensor.
 
@@ -132,6 +141,8 @@ class MotionSensor:
             T + 1.
         tick : float
             [s].
+        radius_ratio : float or (N,) array
+            The radius in `geometry` in shares of the true one.
         """
         noise, delays = sensing.noise, sensing.delays
 
@@ -152,6 +163,7 @@ class MotionSensor:
             yaw_rate_noise=white(seeds, Stream.YAW_RATE, noise.yaw_rate, rows, 1),
             gravity=sensing.gravity,
             tick=tick,
+            radius_ratio=radius_ratio,
         )
 
     def start(self, motion: Motion) -> SensorMemory:
@@ -211,7 +223,7 @@ class MotionSensor:
         if self.velocity_source == "true":
             return motion.velocity
         if self.velocity_source == "odometry" or k == 0:
-            return motion.forward_speed[:, None] * heading
+            return (motion.forward_speed * self.radius_ratio)[:, None] * heading
         return (position - memory.position) / self.tick
 
     def _acceleration(self, k: int, motion: Motion, heading: Array) -> Array | None:

@@ -108,9 +108,9 @@ class Inertia:
     ----------
     geometry : WheelGeometry
         r and b.
-    mass : float
-        m of the whole robot [kg].
-    yaw_inertia : float
+    mass : float or (N,) array
+        m of the whole robot [kg]; one per world for what controllers believe.
+    yaw_inertia : float or (N,) array
         I_z of the whole robot about the axle midpoint [kg·m²].
     wheel_inertia : float
         Spin inertia of one wheel with its motor, J [kg·m²]. The paper neglects it (0).
@@ -119,18 +119,18 @@ class Inertia:
     """
 
     geometry: WheelGeometry
-    mass: float
-    yaw_inertia: float
+    mass: float | Array
+    yaw_inertia: float | Array
     wheel_inertia: float = 0.0
     joint_friction: float = 0.0
 
     @property
-    def effective_mass(self) -> float:
+    def effective_mass(self) -> float | Array:
         """Mass that a forward acceleration feels, m + 2J/r² (rolling) [kg]."""
         return self.mass + 2.0 * self.wheel_inertia / self.geometry.wheel_radius**2
 
     @property
-    def effective_yaw_inertia(self) -> float:
+    def effective_yaw_inertia(self) -> float | Array:
         """Inertia that a yaw acceleration feels, I_z + 2Jb²/r² (rolling) [kg·m²]."""
         ratio = self.geometry.half_track / self.geometry.wheel_radius
         return self.yaw_inertia + 2.0 * self.wheel_inertia * ratio * ratio

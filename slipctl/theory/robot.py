@@ -18,19 +18,20 @@ class WheelGeometry:
 
     Attributes
     ----------
-    wheel_radius : float
-        r [m].
-    half_track : float
+    wheel_radius : float or (N,) array
+        r [m]; one per world for what controllers believe.
+    half_track : float or (N,) array
         b, **half** the distance between the wheels [m].
     """
 
-    wheel_radius: float
-    half_track: float
+    wheel_radius: float | Array
+    half_track: float | Array
 
     def wheel_rates(self, forward_speed: Array, yaw_rate: Array) -> Array:
         """Return wheel rates (N, 2), left and right [rad/s], of v (N,) [m/s] and w (N,) [rad/s]."""
         sweep = self.half_track * yaw_rate
-        return np.stack([(forward_speed - sweep), (forward_speed + sweep)], axis=-1) / self.wheel_radius
+        rims = (forward_speed - sweep), (forward_speed + sweep)
+        return np.stack([rim / self.wheel_radius for rim in rims], axis=-1)
 
     def body_rates(self, wheel_rate: Array) -> tuple[Array, Array]:
         """Return v (N,) [m/s] and w (N,) [rad/s] of wheel rates (N, 2), left and right [rad/s]."""

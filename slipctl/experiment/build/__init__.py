@@ -3,6 +3,7 @@
 The only place that knows both the file format and the implementations.
 """
 
+from slipctl.experiment.build.beliefs import believed, radius_ratio
 from slipctl.experiment.build.law import Law, law
 from slipctl.experiment.build.plan import references, start
 from slipctl.experiment.build.plant import plant
@@ -15,9 +16,11 @@ __all__ = [
     "RobotModel",
     "World",
     "batch_key",
+    "believed",
     "gather",
     "law",
     "plant",
+    "radius_ratio",
     "read_robot",
     "references",
     "sees_the_truth",

@@ -14,10 +14,12 @@ from slipctl.control.robust_dynamic import RobustDynamic
 from slipctl.control.robust_kinematic import RobustKinematic
 from slipctl.control.time_scaled import KinematicLaw, TimeScaledLaw
 from slipctl.control.torque import TorqueDrive
+from slipctl.experiment.build.beliefs import believed, misled
 from slipctl.experiment.build.robot import RobotModel, paper_inertia
 from slipctl.experiment.build.stack import World, gather
 from slipctl.guarantee import Hypotheses
 from slipctl.simulate import Controller
+from slipctl.theory.dynamic import Inertia
 from slipctl.theory.robust import UNCERTAINTIES, chain_gains, lyapunov_matrix
 from slipctl.theory.robust_dynamic import GeneralDynamicBound, PaperDynamicBound, ProportionalDynamicBound
 from slipctl.tick import Array
@@ -41,31 +43,33 @@ class Law:
 def law(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
     """Return the `index`-th listed controller for a batch, for the robot that it believes in."""
     kind = worlds[0].scenario.controller[index].kind
-    if kind in ("nominal_dynamic", "robust_dynamic"):
-        return _dynamic(worlds, index, robot)
-    return _kinematic(worlds, index, robot)
+    build = _dynamic if kind in ("nominal_dynamic", "robust_dynamic") else _kinematic
+    known = believed(worlds, index, robot.inertia)
+    made = build(worlds, index, known)
+    return Law(misled(made.controller, known.geometry, robot.geometry), made.hypotheses)
 
 
 def _each(worlds: Sequence[World], index: int, name: str) -> Array:
     return gather(worlds, lambda scenario: getattr(scenario.controller[index], name))
 
 
-def _kinematic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
+def _kinematic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
     def each(name: str) -> Array:
         return _each(worlds, index, name)
 
     drive = DriveLimits(
-        geometry=robot.geometry,
+        geometry=known.geometry,
         speed_limit=gather(worlds, lambda scenario: scenario.robot.speed_limit),
         yaw_rate_limit=gather(worlds, lambda scenario: scenario.robot.yaw_rate_limit),
         speed_floor=each("speed_floor"),
     )
     first = worlds[0].scenario.controller[index]
-    inner = drive.unlimited() if first.time_scaled else drive
+    scaled = getattr(first, "time_scaled", None)
+    inner = drive.unlimited() if scaled else drive
     gains = chain_gains(each("pole"), 2)
 
     def timed(law: KinematicLaw) -> Controller:
-        return TimeScaledLaw(law, drive) if first.time_scaled else law
+        return TimeScaledLaw(law, drive) if scaled else law
 
     if first.kind == "nominal_kinematic":
         return Law(timed(NominalKinematic(inner, gains)), None)
@@ -89,13 +93,13 @@ def _kinematic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
     return Law(timed(controller), hypotheses)
 
 
-def _dynamic(worlds: Sequence[World], index: int, robot: RobotModel) -> Law:
+def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
     def each(name: str) -> Array:
         return _each(worlds, index, name)
 
     first = worlds[0].scenario.controller[index]
     drive = TorqueDrive(
-        inertia=paper_inertia(robot.inertia) if not compensates(worlds) else robot.inertia,
+        inertia=known if compensates(worlds) else paper_inertia(known),
         torque_limit=gather(worlds, lambda scenario: scenario.robot.torque_limit),
         speed_floor=each("speed_floor"),
     )

@@ -46,7 +46,9 @@ def _plan(worlds: Sequence[World]) -> plans.Plan:
             placement=plans.Placement(zero, zero, zero),
         )
         first = worlds[0].scenario
-        return TimeScaled(path, duration, duration, first.tick) if first.reference.time_scaling else path
+        if getattr(first.reference, "time_scaling", False):
+            return TimeScaled(path, duration, duration, first.tick)
+        return path
     placement = plans.Placement(
         each(lambda reference: reference.x),
         each(lambda reference: reference.y),

@@ -74,7 +74,7 @@ def _mujoco(worlds: Sequence[World], law: SlipLaw | None, robot: RobotModel, thr
         timestep=timestep,
         speed_drive=first.robot.drive == "wheel_speed",
         torque_limit=first.robot.torque_limit,
-        wheel_rate_limit=first.robot.speed_limit / robot.geometry.wheel_radius,
+        wheel_rate_limit=first.robot.speed_limit / float(robot.geometry.wheel_radius),
         arena=gather(worlds, lambda scenario: scenario.plant.arena),
         threads=threads,
     )

@@ -32,16 +32,21 @@ def sees_the_truth(worlds: Sequence[World]) -> bool:
     return set(sources) == {"true"} and not any(imperfect)
 
 
-def sensor(worlds: Sequence[World], geometry: WheelGeometry, rows: int) -> MotionSensor:
-    """Return the sensor of a batch.
+def sensor(
+    worlds: Sequence[World], geometry: WheelGeometry, rows: int, radius_ratio: float | Array = 1.0
+) -> MotionSensor:
+    """Return the sensor of a batch under one controller.
 
     Parameters
     ----------
     worlds : sequence of World
         Those of the batch, with the same tick and the same sources of each signal.
     geometry : WheelGeometry
+        What the controller believes.
     rows : int
         T + 1.
+    radius_ratio : float or (N,) array
+        The wheel radius that it believes in shares of the true one.
     """
 
     def each(name: str) -> Array:
@@ -70,7 +75,8 @@ def sensor(worlds: Sequence[World], geometry: WheelGeometry, rows: int) -> Motio
         delays=Delays(each("pose_delay"), each("velocity_delay"), each("acceleration_delay")),
         gravity=gravity(worlds),
     )
-    return MotionSensor.build(sensing, geometry, [world.seed for world in worlds], rows, first.tick)
+    seeds = [world.seed for world in worlds]
+    return MotionSensor.build(sensing, geometry, seeds, rows, first.tick, radius_ratio)
 
 
 def gravity(worlds: Sequence[World]) -> Array:
