@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from slipctl.guarantee.hypotheses import Hypotheses, demands
+from slipctl.guarantee.hypotheses import Hypotheses, demands, slip_rates_bounded
 from slipctl.guarantee.monitor import MARGIN, low_pass, measured_ratio
 from slipctl.guarantee.path_time import in_path_time, moves, steps
 from slipctl.theory.robust import largest_calm_tick
@@ -61,6 +61,9 @@ def with_guarantee(
     found = demands(columns, hypotheses, uncertainty, weighted)
     added["guarantee.held"] = np.logical_and.reduce([demand.held for demand in found.values()])
     added |= {f"guarantee.{name}": demand.held for name, demand in found.items()}
+    rates = slip_rates_bounded(columns, hypotheses)
+    if rates is not None:
+        added["guarantee.slip_rates_bounded"] = np.pad(rates, ((0, 0), (0, 1)))
     layer = hypotheses.boundary_layer[:, None]
     falls = length < layer
     falls[:, :-1] |= (lyapunov[:, 1:] < lyapunov[:, :-1]) | ~moves(columns)

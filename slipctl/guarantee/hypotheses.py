@@ -104,8 +104,9 @@ def demands(
       and the bound on v_s of 4.6;
     * `yaw_slip_bounded`: |w_s| of Assumptions 4.2 and 4.6;
     * `feedback_exact`: Δv is (59) or (73) of the *true* error; it is not where a sensor errs or is late;
-    * `uncertainty_covered`: ‖η‖ ≤ ρ. The bounds on slip *rates* of Assumptions 4.2 and 4.6 enter the theorem
-      here and nowhere else, and here they are measured, together with servo, sampling and saturation.
+    * `uncertainty_covered`: ‖η‖ ≤ ρ, condition (iii) of the theorems. The bounds on slip *rates* of
+      Assumptions 4.2 and 4.6 are means to this end and nothing else, and here they are measured, together
+      with servo, sampling and saturation. See `slip_rates_bounded` for them alone.
 
     Parameters
     ----------
@@ -141,6 +142,29 @@ def demands(
         "feedback_exact": at_most(off, tolerance, scale=layer),
         "uncertainty_covered": at_most(uncertainty, columns["decision.robust_gain"]),
     }
+
+
+def slip_rates_bounded(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -> NDArray[np.bool_] | None:
+    """Return whether measured slip changed within its bounds over each tick, (N, T - 1).
+
+    |Δv_t|, |Δv_s| ≤ α|Δv| for the kinematic bounds `paper` and `independent` (ζ₂, ζ₃ of Assumption 4.2 with
+    ū₁ as it really was). No part of `guarantee.held`: differences over a tick on contacts are mostly jitter, and
+    what a jitter does is in ‖η‖.
+
+    Returns
+    -------
+    array or None
+        None for bounds that need constant slip fractions and for dynamic laws, whose ξ₃ and ξ₄ are bounds on
+        rates of rates.
+    """
+    if hypotheses.order != 2 or hypotheses.uncertainty == "slip_ratio":
+        return None
+    speed = columns["motion.forward_speed"]
+    # differences of rounded numbers: the paper's slip meets the bound with equality
+    rounding = 16.0 * np.finfo(float).eps * np.abs(speed[:, 1:])
+    allowed = hypotheses.slip_bound[:, None] * np.abs(np.diff(speed, axis=1)) * (1.0 + SLACK) + rounding
+    rates = [np.abs(np.diff(columns[f"slip.{name}"], axis=1)) for name in ("longitudinal", "lateral")]
+    return (rates[0] <= allowed) & (rates[1] <= allowed)
 
 
 def _or_else(bound: Array | None, otherwise: Array) -> Array:

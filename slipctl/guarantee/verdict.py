@@ -14,7 +14,6 @@ from slipctl.guarantee.hypotheses import Hypotheses, demands
 from slipctl.guarantee.path_time import in_path_time
 from slipctl.theory import ultimate
 
-
 TIME_CONSTANTS = 4
 """Of the surface JᵀPe = 0 that the transient lasts at least (assumed)."""
 
@@ -26,10 +25,11 @@ def verdict(
 
     The transient ends at `settling_time`: after four time constants of the error on the surface JᵀPe = 0, or
     as many more as it takes until V is within its tight level set, which the theorem then keeps it in. All
-    else is about the rows from then on: `settled_error`, the supremum of the position error, beside the bounds
-    that the theorem gives with the supremum of ρ: by the level set, the tight level set and the small gain
-    (from the larger set on whose edge the state is, where it is not yet inside). Where every hypothesis held,
-    `error_bound` is the smallest of them; elsewhere nothing is promised. All are None where V never gets there.
+    else is about the rows from then on: `settled_error`, the supremum of the position error, beside the
+    bounds that the theorem gives with the supremum of ρ: by the level set, the tight level set and the small
+    gain (from the larger set on whose edge the state is, where it is not yet inside). Where every hypothesis
+    held, `error_bound` is the smallest of them; elsewhere nothing is promised. All are None where V never
+    gets there.
 
     `lyapunov_fraction` is the share of the ticks with ‖JᵀPe‖ ≥ ε on which V fell; `calm_tick` the smallest
     chatter threshold of the run; `alarm_time` when the monitor first spoke.
@@ -60,6 +60,8 @@ def verdict(
         told["lyapunov_fraction"] = float(
             _row(columns, "guarantee.lyapunov_falls", world, ticks)[outside].mean()
         )
+    if "guarantee.slip_rates_bounded" in columns:
+        told["slip_rate_fraction"] = float(_row(columns, "guarantee.slip_rates_bounded", world, ticks).mean())
     told["calm_fraction"] = float(_row(columns, "guarantee.calm", world, ticks).mean())
     told["calm_tick"] = float(_row(columns, "guarantee.calm_tick", world, ticks).min())
     alarms = np.flatnonzero(_row(columns, "guarantee.alarm", world, ticks))

@@ -6,9 +6,11 @@ the same table goes to a terminal, a pipe and a log file: what colour says is al
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from slipctl.report import guarantee
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -102,6 +104,10 @@ def results(payload: Mapping[str, Any], end_times: Sequence[float] | None = None
     lines.append(Text(" · ".join(marks), style="dim"))
     if len(grouped) > 1:
         lines += [Text(_reach(label, grouped)) for label in labels]
+    for label in labels:
+        own = [run for world in grouped for run in world if run["controller"] == label]
+        said = guarantee.sentence(label, own, _spans(own, guarantee.holds))
+        lines += [] if said is None else [Text(said)]
     return lines
 
 
@@ -167,27 +173,29 @@ def _reach(label: str, grouped: Sequence[Sequence[Mapping[str, Any]]]) -> str:
     sentence = (
         f"{label} stays within {1e3 * ON_THE_PATH:.0f} mm of the path in {len(kept)} of {len(runs)} worlds"
     )
+    spans = _spans(runs, keeps_to_the_path)
+    return f"{sentence}: {spans}" if kept and spans else sentence
+
+
+def _spans(runs: Sequence[Mapping[str, Any]], inside: Callable[[Mapping[str, Any]], bool]) -> str:
+    """Say at which values of the one varied number runs are `inside`; "" where there is no such number."""
     keys = list(runs[0]["varied"])
     values = [run["varied"].get(keys[0]) for run in runs] if len(keys) == 1 else []
-    if (
-        not kept
-        or not all(isinstance(value, int | float) for value in values)
-        or len(set(values)) < len(runs)
-    ):
-        return sentence
+    numbers = all(isinstance(value, int | float) for value in values)
+    if not values or not numbers or len(set(values)) < len(runs):
+        return ""
     ordered = sorted(runs, key=lambda run: run["varied"][keys[0]])
     ranges: list[list[float]] = []
     previous = False
     for run in ordered:
-        inside = keeps_to_the_path(run)
-        value = run["varied"][keys[0]]
-        if inside and previous:
+        here, value = inside(run), run["varied"][keys[0]]
+        if here and previous:
             ranges[-1][-1] = value
-        elif inside:
+        elif here:
             ranges.append([value, value])
-        previous = inside
+        previous = here
     spans = [f"{low:g}" if low == high else f"{low:g} to {high:g}" for low, high in ranges]
-    return f"{sentence}: {keys[0]} {', '.join(spans)}" if values else sentence
+    return f"{keys[0]} {', '.join(spans)}"
 
 
 def keeps_to_the_path(run: Mapping[str, Any]) -> bool:

@@ -52,7 +52,7 @@ def sound(rows: int = ROWS, order: int = 2) -> Columns:
     return columns
 
 
-def changed(columns: Columns, name: str, rows: object, value: float) -> Columns:
+def changed(columns: Columns, name: str, rows: int | slice, value: float) -> Columns:
     """Return the columns with `value` in some rows of one of them."""
     columns = {key: values.copy() for key, values in columns.items()}
     columns[name][0, rows] = value

@@ -1,0 +1,107 @@
+"""What the terminal says of the theorem behind a law: did its hypotheses hold, and what did that promise."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from slipctl.guarantee import HYPOTHESES
+
+
+def sentence(label: str, runs: Sequence[Mapping[str, Any]], spans: str = "") -> str | None:
+    """Say what became of the theorem of one controller, or return None where it has none.
+
+    Parameters
+    ----------
+    label
+        The controller.
+    runs
+        Its runs, one per world, as in the JSON output.
+    spans
+        Values of the varied key at which every hypothesis held, for instance ``ground.friction 0.2 to 0.8``.
+    """
+    judged = [
+        run for run in runs if run["metrics"].get("guarantee_fraction") is not None and "guarantee" in run
+    ]
+    if not judged:
+        return None
+    parts = [_one(judged[0]) if len(judged) == 1 else _many(judged, spans)]
+    parts += _warnings(judged)
+    return f"{label}: " + "; ".join(parts)
+
+
+def holds(run: Mapping[str, Any]) -> bool:
+    """Whether every hypothesis held on every tick of a run."""
+    return run["metrics"].get("guarantee_fraction") == 1.0
+
+
+def violation(told: Mapping[str, Any]) -> str:
+    """Say the first violation: what, when, by how much."""
+    excess = told["first_violation_excess"]
+    beyond = "" if excess is None else f", by {_percent(excess)}"
+    name, time = HYPOTHESES[told["first_violation"]], told["first_violation_time"]
+    return f"violated first: {name}, at {time:.2f} s{beyond}"
+
+
+def promise(told: Mapping[str, Any]) -> str | None:
+    """Say the error beside its bound, or None where nothing is promised."""
+    if told["error_bound"] is None:
+        return None
+    return (
+        f"from {told['settling_time']:.1f} s on the error stays below {_millimetres(told['settled_error'])}, "
+        f"promised are {_millimetres(told['error_bound'])}"
+    )
+
+
+def _one(run: Mapping[str, Any]) -> str:
+    told = run["guarantee"]
+    if holds(run):
+        kept, promised = "every hypothesis of its theorem holds", promise(told)
+        return kept if promised is None else f"{kept}, {promised}"
+    fraction = run["metrics"]["guarantee_fraction"]
+    text = f"the hypotheses of its theorem hold on {_percent(fraction)} of the ticks; {violation(told)}"
+    promised = promise(told)
+    return text if promised is None else f"{text}; {promised}"
+
+
+def _many(runs: Sequence[Mapping[str, Any]], spans: str) -> str:
+    kept = [run for run in runs if holds(run)]
+    text = f"every hypothesis of its theorem holds in {len(kept)} of {len(runs)} worlds"
+    if spans and kept:
+        text += f": {spans}"
+    shares = [run["guarantee"]["error_bound_share"] for run in runs]
+    shares = [share for share in shares if share is not None]
+    if shares:
+        text += f"; errors reach {_percent(max(shares))} of their bound"
+    names = Counter(run["guarantee"]["first_violation"] for run in runs if not holds(run))
+    broken = [f"{HYPOTHESES[name]} ({count})" for name, count in names.most_common()]
+    return text + (f"; violated first: {', '.join(broken)}" if broken else "")
+
+
+def _warnings(runs: Sequence[Mapping[str, Any]]) -> list[str]:
+    told = [run["guarantee"] for run in runs]
+    parts = []
+    rough = [one for one in told if one["calm_fraction"] < 1.0 and one["first_violation"] is None]
+    if rough:
+        least = min(one["calm_tick"] for one in rough)
+        where = "" if len(runs) == 1 else f" in {len(rough)} worlds"
+        parts.append(f"the tick is above its chatter threshold{where}, {1e3 * least:.3g} ms at worst")
+    alarms = [one["alarm_time"] for one in told if one["alarm_time"] is not None]
+    if alarms and len(runs) == 1:
+        parts.append(f"slip alarm at {alarms[0]:.2f} s")
+    elif alarms:
+        parts.append(f"slip alarm in {len(alarms)} of them")
+    return parts
+
+
+def _percent(share: float) -> str:
+    percent = 100.0 * share
+    # a share below 1 is never written as 100
+    if 99.5 <= percent < 100.0:
+        return f"{min(percent, 99.9):.1f} %"
+    return f"{percent:.0f} %" if percent >= 9.5 else f"{percent:.2g} %"
+
+
+def _millimetres(length: float) -> str:
+    return f"{1e3 * length:.3g} mm"
