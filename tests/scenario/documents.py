@@ -56,6 +56,74 @@ EIGHT: dict[str, Any] = {
 }
 
 
+TORQUE: dict[str, Any] = {
+    "name": "torque",
+    "tick": 0.005,
+    "robot": {"model": "magellan_pro", "drive": "wheel_torque", "torque_limit": 3.0},
+    "plant": {"kind": "mujoco", "timestep": 0.001, "arena": 10.0},
+    "ground": {"friction": 0.5},
+    "reference": {
+        "kind": "point_to_point",
+        "duration": 20.0,
+        "start": {"heading_deg": 90.0, "speed": 0.15, "yaw_rate": 0.1, "acceleration": 0.01},
+        "goal": {
+            "x": 1.2,
+            "y": 1.5,
+            "heading_deg": 90.0,
+            "speed": 0.15,
+            "yaw_rate": -0.1,
+            "acceleration": 0.02,
+        },
+    },
+    "controller": [
+        {"kind": "nominal_dynamic", "pole": -0.5},
+        {
+            "kind": "robust_dynamic",
+            "pole": -0.5,
+            "slip_bound": 0.3,
+            "boundary_layer": 0.005,
+            "uncertainty": "proportional",
+            "speed_floor": 0.02,
+            "believes": {"wheel_radius": 0.08, "half_track": 0.17, "mass": 20.0, "yaw_inertia": 0.3},
+        },
+    ],
+}
+
+EXPERIMENT: dict[str, Any] = {
+    "name": "experiment",
+    "tick": 0.05,
+    "robot": {"model": "magellan_pro", "drive": "wheel_speed"},
+    "plant": {"kind": "mujoco"},
+    "reference": {"kind": "line", "speed": 0.2, "distance": 2.0},
+    "sensing": {
+        "pose": "odometry_camera",
+        "velocity": "differentiated",
+        "camera_rate": 3.0,
+        "camera_position_noise": 0.003,
+        "camera_heading_noise_deg": 0.5,
+        "camera_delay": 0.12,
+        "camera_gain": 0.8,
+        "position_noise": 0.001,
+        "heading_noise_deg": 0.1,
+        "velocity_noise": 0.01,
+        "yaw_rate_noise": 0.02,
+        "pose_delay": 0.05,
+        "velocity_delay": 0.1,
+    },
+    "controller": [{"kind": "nominal_kinematic", "pole": -0.5, "believes": {"half_track": 0.2}}],
+}
+
+SCALED: dict[str, Any] = {
+    **PAPER,
+    "name": "scaled",
+    "reference": {**PAPER["reference"], "time_scaling": True},
+    "controller": [
+        {"kind": "nominal_kinematic", "pole": -0.5},
+        {"kind": "nominal_kinematic", "label": "floor", "pole": -0.5, "time_scaled": False},
+    ],
+}
+
+
 def changed(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Return a copy with dotted keys set; None takes a key out. Numbers index arrays."""
     result = copy.deepcopy(document)

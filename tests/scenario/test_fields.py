@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from slipctl.scenario import ScenarioError, read
 from slipctl.scenario.structure import table_at
-from tests.scenario.documents import EIGHT, PAPER, changed, leaves, only, refused
+from tests.scenario.documents import EIGHT, EXPERIMENT, PAPER, TORQUE, changed, leaves, only, refused
 
-DOCUMENTS = st.sampled_from([PAPER, {key: value for key, value in EIGHT.items() if key != "sweep"}])
+DOCUMENTS = st.sampled_from(
+    [PAPER, {key: value for key, value in EIGHT.items() if key != "sweep"}, TORQUE, EXPERIMENT]
+)
 
 
 @st.composite
@@ -29,13 +31,15 @@ def shown(key, document):
     parts = key.split(".")
     if parts[0] == "controller":
         entry = document["controller"][int(parts[1])]
-        return f"controller[{parts[1]}:{entry.get('label', entry['kind'])}].{parts[2]}"
+        return f"controller[{parts[1]}:{entry.get('label', entry['kind'])}].{'.'.join(parts[2:])}"
     return key
 
 
 def test_the_documents_themselves_are_accepted():
     assert refused(PAPER) == []
     assert refused(EIGHT) == []
+    assert refused(TORQUE) == []
+    assert refused(EXPERIMENT) == []
 
 
 @given(leaf_of_a_document(), st.data())

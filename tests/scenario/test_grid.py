@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slipctl.scenario import ScenarioError, Span, override, read, sweep_over, worlds
 from slipctl.scenario.grid import RUN_LIMIT, sweepable
-from tests.scenario.documents import EIGHT, PAPER, changed, only, refused
+from tests.scenario.documents import EIGHT, PAPER, TORQUE, changed, only, refused
 
 BASE = changed(EIGHT, {"sweep": None})
 VALUES = st.lists(st.floats(0.01, 2.0), min_size=1, max_size=4, unique=True)
@@ -69,6 +69,39 @@ def test_a_controller_is_swept_by_its_label():
     assert [law[1].slip_bound for law in laws if law[1].kind == "robust_kinematic"] == [0.1, 0.2]
     assert all(law[0] == laws[0][0] for law in laws)
     assert [law[1].label for law in laws] == ["robust", "robust"]
+
+
+def beliefs(sweep):
+    laws = [world.scenario.controller for world in worlds(read(swept(sweep, TORQUE)))]
+    return [tuple(law.believes.mass for law in pair) for pair in laws]
+
+
+def test_beliefs_are_swept_by_label_or_for_every_law():
+    assert beliefs({"controller.robust_dynamic.believes.mass": [10.0, 30.0]}) == [(None, 10.0), (None, 30.0)]
+    assert beliefs({"controller.nominal_dynamic.believes.mass": [10.0]}) == [(10.0, 20.0)]
+    assert beliefs({"controller.*.believes.mass": [10.0, 30.0]}) == [(10.0, 10.0), (30.0, 30.0)]
+    nested = {"controller": {"robust_dynamic": {"believes": {"mass": [10.0]}}}}
+    assert beliefs(nested) == [(None, 10.0)]
+    assert only(swept({"controller.robust_dynamic.believes.mass": [-1.0]}, TORQUE)).key == (
+        "sweep.controller.robust_dynamic.believes.mass"
+    )
+
+
+def test_only_what_all_laws_have_is_swept_for_every_law():
+    keys = sweepable(PAPER)
+    assert {"controller.*.pole", "controller.*.believes.wheel_radius"} <= set(keys)
+    assert not {"controller.*.slip_bound", "controller.*.believes.mass"} & set(keys)
+    assert [
+        law.pole for law in worlds(read(swept({"controller.*.pole": [-2.0]}, PAPER)))[0].scenario.controller
+    ] == [
+        -2.0,
+        -2.0,
+    ]
+    assert only(swept({"controller.*.slip_bound": [0.1]}, PAPER)).key == "sweep.controller.*.slip_bound"
+    assert {problem.key for problem in refused(swept({"controller.*.pole": [1.0]}, PAPER))} == {
+        "controller[0:nominal_kinematic].pole",
+        "controller[1:robust].pole",
+    }
 
 
 def test_a_swept_reference_changes_the_duration_unless_it_is_given():

@@ -10,7 +10,7 @@ import pytest
 
 from slipctl import shipped
 from slipctl.scenario import json_schema, load
-from tests.scenario.documents import EIGHT, PAPER, changed, leaves, refused
+from tests.scenario.documents import EIGHT, EXPERIMENT, PAPER, SCALED, TORQUE, changed, leaves, refused
 
 SCHEMA = json_schema()
 UNITLESS = {"name", "description", "seed", "model", "drive", "kind", "label", "uncertainty", "at_rest"}
@@ -72,6 +72,11 @@ def accepts(schema: dict[str, Any], value: Any) -> bool:
 @pytest.mark.parametrize("name", shipped.scenario_names())
 def test_shipped_scenarios_are_valid_by_the_schema(name):
     assert accepts(SCHEMA, tomllib.loads(shipped.scenario_path(name).read_text()))
+
+
+@pytest.mark.parametrize("document", [EIGHT, PAPER, TORQUE, EXPERIMENT, SCALED])
+def test_documents_are_valid_by_the_schema(document):
+    assert accepts(SCHEMA, document)
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from slipctl.scenario import load, read
 from slipctl.scenario.path_speed import slowest
-from tests.scenario.documents import EIGHT, PAPER, changed, only
+from slipctl.theory.reference import Placement, PointToPoint
+from tests.scenario.documents import EIGHT, PAPER, TORQUE, changed, only, refused
 
-ENDS = st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-180, 180), st.floats(0.05, 1.0))
+ENDS_PARTS = (st.floats(-2, 2), st.floats(-2, 2), st.floats(-180, 180), st.floats(0.05, 1.0))
+ENDS = st.tuples(*ENDS_PARTS)
 
 
 def duration(reference):
@@ -65,6 +67,45 @@ def test_the_slowest_point_against_a_dense_search(start, goal, total):
     assert speed <= dense.min() * (1 + 1e-9) + 1e-12
     nearby = np.interp(time / total, part, dense)
     assert speed == pytest.approx(nearby, rel=1e-2, abs=1e-2)
+
+
+QUINTIC_ENDS = st.tuples(*ENDS_PARTS, st.floats(-1, 1), st.floats(-1, 1))
+
+
+@given(QUINTIC_ENDS, QUINTIC_ENDS, st.floats(0.5, 30.0))
+def test_the_slowest_point_of_a_quintic_against_the_planned_path(start, goal, total):
+    speed, time = slowest(start, goal, total)
+    first, last, still = np.array([start]), np.array([goal]), np.zeros(1)
+    for end in (first, last):
+        end[:, 2] = np.radians(end[:, 2])
+    plan = PointToPoint(first, last, np.array([total]), Placement(still, still, still))
+    velocity = plan.at(np.linspace(0.0, total, 2001)).velocity[0]
+    dense = np.hypot(velocity[:, 0], velocity[:, 1])
+    scale = dense.max()
+    assert speed <= dense.min() + 1e-9 * scale
+    there = plan.at(np.array([time])).velocity[0, 0]
+    assert speed == pytest.approx(np.hypot(*there), abs=1e-9 * scale)
+
+
+def test_nor_does_its_quintic():
+    start, goal = (0, 0, 90, 0.15, 0, 0), (1.2, 1.5, 90, 0.15, 0, 0)
+    assert slowest(start, goal, 20.0)[0] == pytest.approx(0.0937, abs=5e-5)
+
+
+@pytest.mark.parametrize("end", ["start", "goal"])
+@pytest.mark.parametrize("key", ["yaw_rate", "acceleration"])
+def test_a_quintic_has_both_rates_at_both_ends(end, key):
+    missing = only(changed(TORQUE, {f"reference.{end}.{key}": None}))
+    assert missing.key == f"reference.{end}.{key}"
+    assert "quintic" in missing.allowed
+    alone = refused(changed(PAPER, {f"reference.{end}.{key}": 0.0}))
+    assert len(alone) == 3
+    assert f"reference.{end}.{key}" not in {problem.key for problem in alone}
+    assert all(f"reference.{end}.{key}" in problem.found for problem in alone)
+
+
+def test_quintics_are_told_from_cubics():
+    assert [read(document).reference.quintic for document in (PAPER, TORQUE)] == [False, True]
 
 
 def test_table_one_never_slows_to_the_floor():
