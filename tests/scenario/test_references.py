@@ -104,8 +104,11 @@ def test_a_quintic_has_both_rates_at_both_ends(end, key):
     assert all(f"reference.{end}.{key}" in problem.found for problem in alone)
 
 
-def test_quintics_are_told_from_cubics():
-    assert [read(document).reference.quintic for document in (PAPER, TORQUE)] == [False, True]
+@pytest.mark.parametrize(("document", "quintic"), [(PAPER, False), (TORQUE, True)])
+def test_quintics_are_told_from_cubics(document, quintic):
+    reference = read(document).reference
+    assert reference.kind == "point_to_point"
+    assert reference.quintic is quintic
 
 
 def test_table_one_never_slows_to_the_floor():
