@@ -1,4 +1,4 @@
-"""``slipctl study``: the paper's sections reproduced, and the rungs between real contacts and its equations."""
+"""``slipctl study``: the paper reproduced, and the rungs between real contacts and its equations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def paper(
     from slipctl.study import paper as study
 
     with interruptible(NOTHING), progress_bar(quiet) as progress:
-        result = study.reproduce(out, page=page, quick=quick, progress=progress)
+        result = study.reproduce(out, page_file=page, quick=quick, progress=progress)
     if json_output:
         print(json.dumps(result.numbers, allow_nan=False, ensure_ascii=False))
     elif not quiet:

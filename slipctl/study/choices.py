@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,7 @@ NOISE = {
 """Noise under which laws are compared: 1 mm, 3 mrad, 5 mm/s (assumed; a good overhead camera and filter)."""
 
 Rows = list[dict[str, Any]]
+Sections = Mapping[str, Mapping[str, StudyRun]]
 
 
 def ticks_of(quick: bool) -> tuple[float, ...]:
@@ -77,17 +80,35 @@ def dynamic_ticks(quick: bool) -> Rows:
     return rows
 
 
-def starts(quick: bool) -> Rows:
+def starts(quick: bool, sections: Sections) -> Rows:
     """Start at the planned state with slip already acting, and at the state whose slipping motion fits."""
     rows = []
-    for name in (KINEMATIC, DYNAMIC):
-        scenario = shortened(edited(files.load(name), {"tick": 0.02 if quick else 0.001}), quick)
-        for kind, start in (("planned", None), ("matched", matched_start(scenario))):
-            runs = closed_loop(scenario, start=start)
+    for name, runs in own_laws(sections).items():
+        matched = closed_loop(own(name, quick), start=matched_start(own(name, quick)))
+        for kind, found in (("planned", runs), ("matched", matched)):
             rows += [
-                {"scenario": name, "start": kind, "law": label, **run.summary()} for label, run in runs.items()
+                {"scenario": name, "start": kind, "law": run.label, **run.summary()} for run in found.values()
             ]
     return rows
+
+
+def own(name: str, quick: bool) -> files.Scenario:
+    """Return a shipped scenario as the sections run it, its laws labelled `nominal` and `robust`."""
+    scenario = files.load(name)
+    tables = zip(("nominal", "robust"), controller_tables(scenario).values(), strict=True)
+    return shortened(edited(scenario, {}, [{**table, "label": label} for label, table in tables]), quick)
+
+
+def own_laws(sections: Sections) -> dict[str, dict[str, StudyRun]]:
+    """Return the runs of the laws that the shipped scenarios list, by scenario."""
+    found = {}
+    for name, section, robust in ((KINEMATIC, "kinematic", "paper"), (DYNAMIC, "dynamic", "proportional")):
+        runs = sections[section]
+        found[name] = {
+            label: replace(runs[key], label=label)
+            for label, key in (("nominal", "nominal"), ("robust", robust))
+        }
+    return found
 
 
 def matched_start(scenario: files.Scenario) -> Start:
@@ -115,20 +136,17 @@ def matched_start(scenario: files.Scenario) -> Start:
     )
 
 
-def feedback(quick: bool) -> Rows:
+def feedback(quick: bool, sections: Sections) -> Rows:
     """Let the laws see the true velocity or the odometry's, the true acceleration or the model's."""
-    sources = {
-        KINEMATIC: (("velocity", "true"), ("velocity", "odometry")),
-        DYNAMIC: (("acceleration", "true"), ("acceleration", "model")),
-    }
+    worse = {KINEMATIC: ("velocity", "odometry"), DYNAMIC: ("acceleration", "model")}
     rows = []
-    for name, choices in sources.items():
-        for key, source in choices:
-            scenario = edited(files.load(name), {"tick": 0.02 if quick else 0.001, f"sensing.{key}": source})
-            runs = run_all(shortened(scenario, quick))
+    for name, runs in own_laws(sections).items():
+        key, source = worse[name]
+        blind = run_all(edited(own(name, quick), {f"sensing.{key}": source}))
+        for kind, found in (("true", runs), (source, blind)):
             rows += [
-                {"scenario": name, "signal": key, "source": source, "law": label, **run.summary()}
-                for label, run in runs.items()
+                {"scenario": name, "signal": key, "source": kind, "law": run.label, **run.summary()}
+                for run in found.values()
             ]
     return rows
 
@@ -158,24 +176,25 @@ def higher_gains(quick: bool) -> Rows:
     return rows
 
 
-def linear_bounds(run: StudyRun, slip_ratio: float, yaw_fraction: float) -> list[dict[str, float]]:
+def linear_bounds(run: StudyRun, ratio: complex, yaw_fraction: float) -> list[dict[str, float]]:
     """Return the ultimate bound on the position error of a *linear* law, for both poles.
 
-    Whatever the gains, e₁ obeys ë₁ + 2pė₁ + p²e₁ = η with η = σv + (1+σ)i v w_s E for constant σ. The map from
-    η to v̂ has peak gain 1.2707 for a double pole, so sup‖η‖ ≤ (q sup‖F̈_d‖ + g)/(1 − 1.2707 q), and
+    Whatever the gains, e₁ obeys ë₁ + 2pė₁ + p²e₁ = η with η = σv + (1+σ)i v w_s E for constant σ. The map
+    from η to v̂ has peak gain 1.2707 for a double pole, so sup‖η‖ ≤ (q sup‖F̈_d‖ + g)/(1 − 1.2707 q), and
     sup‖e₁‖ ≤ sup‖η‖/p²: uniformly ultimately bounded for |σ| < 0.787, with any gains (derived).
 
     Parameters
     ----------
     run : StudyRun
         Its reference and speeds are used.
-    slip_ratio : float
-        q = |σ| [1].
+    ratio : complex
+        σ [1].
     yaw_fraction : float
         w_s/v [rad/m].
     """
     acceleration = run.pair("reference.acceleration")
     push = float(np.sqrt((acceleration**2).sum(axis=1)).max())
-    turn = (1.0 + slip_ratio) * yaw_fraction * float((run["motion.forward_speed"] ** 2).max())
+    slip_ratio = abs(ratio)
+    turn = abs(1.0 + ratio) * yaw_fraction * float((run["motion.forward_speed"] ** 2).max())
     uncertainty = (slip_ratio * push + turn) / (1.0 - 1.2707 * slip_ratio)
     return [{"pole": pole, "bound_mm": 1e3 * uncertainty / pole**2} for pole in (-0.5, STIFF_POLE)]

@@ -117,9 +117,7 @@ class CorrectedOde:
         return replace(self.ode, slip_law=_Shifted(self.ode.slip_law, wheels, slip))
 
 
-def measure_differences(
-    columns: dict[str, Any], ode: KinematicOde, start: Start, tick: float
-) -> Differences:
+def measure_differences(columns: dict[str, Any], ode: KinematicOde, start: Start, tick: float) -> Differences:
     """Return what a robot did beyond the kinematic model under the same commands.
 
     Parameters
@@ -141,10 +139,8 @@ def measure_differences(
     modelled = np.stack([(speed_before + speed)[:-1] / 2.0, turn[:-1]], axis=-1)
     wheels_over = average - modelled
 
-    times = np.arange(len(speed)) * tick
-    slip = np.stack(
-        [columns["slip.longitudinal"], columns["slip.lateral"], columns["slip.yaw"]], axis=-1
-    )
+    times = np.arange(len(speed), dtype=np.float64) * tick
+    slip = np.stack([columns["slip.longitudinal"], columns["slip.lateral"], columns["slip.yaw"]], axis=-1)
     slip_at = slip - _law(ode.slip_law, times, measured[:, 0])
     begin, end = speed_before[:-1] + wheels_over[:, 0], speed[:-1] + wheels_over[:, 0]
     expected = (

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Sections = Mapping[str, Mapping[str, StudyRun]]
 TIME = "time t [s]"
+FRAME = 1.15
+"""Height over width of a frame that shows paths to scale."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +67,10 @@ def paths(nominal: StudyRun, robust: StudyRun) -> Figure:
         _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)
         _path(plot, nominal, "motion.position", style.NOMINAL, "nominal")
         _path(plot, robust, "motion.position", style.ROBUST, "robust")
-        plot.set_aspect("equal", adjustable="datalim")
         style.label(plot, "x [m]", "y [m]")
+    _window(whole, [robust.pair("reference.position"), nominal.pair("motion.position")], 0.05)
     # the end of the path, wherever the nominal law left it
-    ends = [run.pair(column)[-1] for run, column in _ends(nominal, robust)]
-    centre = (np.max(ends, axis=0) + np.min(ends, axis=0)) / 2.0
-    half = max(0.06, 1.5 * float(np.ptp(ends, axis=0).max()))
-    near.set_xlim(centre[0] - half, centre[0] + half)
-    near.set_ylim(centre[1] - half, centre[1] + half)
+    _window(near, [run.pair(column)[-1:] for run, column in _ends(nominal, robust)], 1.0)
     whole.set_title("whole path")
     near.set_title("its end")
     style.legend_above(figure, whole)
@@ -122,7 +120,11 @@ def inputs(unit: str) -> Callable[[StudyRun, StudyRun], Figure]:
                 _line(plot, robust, hats, style.NOMINAL_INPUT, r"nominal $\hat{v}$", shown=shown)
                 _line(plot, robust, deltas, style.ROBUST_INPUT, r"corrective $\Delta v$", 1.1, shown=shown)
                 plot.axhline(0.0, color=style.DESIRED, linewidth=0.8, zorder=0)
-                style.label(plot, TIME if index else "", f"{axis} component [{unit}]" if plot is axes[index, 0] else "")
+                style.label(
+                    plot,
+                    TIME if index else "",
+                    f"{axis} component [{unit}]" if plot is axes[index, 0] else "",
+                )
             later = ~first
             if later.any():
                 most = 1.15 * max(np.abs(hats).max(), np.abs(deltas[later]).max())
@@ -149,7 +151,9 @@ def torques(nominal: StudyRun, robust: StudyRun) -> Figure:
 
 _KINEMATIC, _DYNAMIC, _EXPERIMENT = "kinematic", "dynamic", "experiment"
 PICTURES: tuple[Picture, ...] = (
-    Picture(3, _KINEMATIC, "Slip velocity v_t(t) under the robust kinematic law: 40 % of v(t).", slip_velocity),
+    Picture(
+        3, _KINEMATIC, "Slip velocity v_t(t) under the robust kinematic law: 40 % of v(t).", slip_velocity
+    ),
     Picture(4, _KINEMATIC, "Kinematic laws: desired and actual paths.", paths),
     Picture(5, _KINEMATIC, "Kinematic laws: tracking errors in x and y.", errors),
     Picture(6, _KINEMATIC, "Kinematic laws: desired and actual heading.", headings),
@@ -165,7 +169,11 @@ PICTURES: tuple[Picture, ...] = (
 )
 """Every figure that shows a run; 1 and 2 are sketches of the robot, 13 is a photograph."""
 
-SHOWN = {_KINEMATIC: ("nominal", "paper"), _DYNAMIC: ("nominal", "proportional"), _EXPERIMENT: ("nominal", "robust")}
+SHOWN = {
+    _KINEMATIC: ("nominal", "paper"),
+    _DYNAMIC: ("nominal", "proportional"),
+    _EXPERIMENT: ("nominal", "robust"),
+}
 """Labels of the nominal and the robust run that a section's figures show."""
 
 
@@ -181,6 +189,17 @@ def draw_all(sections: Sections, folder: Path) -> list[Picture]:
             style.write(picture.draw(nominal, robust), folder / picture.name)
             drawn.append(picture)
     return drawn
+
+
+def _window(axes: Axes, paths: list[np.ndarray], margin: float) -> None:
+    """Show some paths to scale in a frame of fixed shape, with room of `margin` times their size around."""
+    points = np.concatenate(paths)
+    centre = (points.max(axis=0) + points.min(axis=0)) / 2.0
+    half = (0.5 + margin) * np.ptp(points, axis=0)
+    width = max(half[0], half[1] / FRAME, 0.02)
+    axes.set_xlim(centre[0] - width, centre[0] + width)
+    axes.set_ylim(centre[1] - FRAME * width, centre[1] + FRAME * width)
+    axes.set_box_aspect(FRAME)
 
 
 def _line(
@@ -200,9 +219,7 @@ def _line(
     axes.set_xlim(time[0], time[-1])
 
 
-def _path(
-    axes: Axes, run: StudyRun, column: str, colour: str, name: str, width: float = 1.4
-) -> None:
+def _path(axes: Axes, run: StudyRun, column: str, colour: str, name: str, width: float = 1.4) -> None:
     pair = run.pair(column)
     some = style.thinned(len(pair))
     axes.plot(pair[some, 0], pair[some, 1], color=colour, label=name, linewidth=width)

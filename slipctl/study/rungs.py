@@ -151,7 +151,9 @@ def _climb(scenario: files.Scenario, label: str) -> list[Rung]:
         plant = CorrectedOde(ode, differences, scenario.tick)
         return closed_loop(scenario, only=label, plant=plant)[label]
 
-    rungs = [_taken_apart(name, run, analytic, ode, start, scenario.tick, with_differences) for name, run in below]
+    rungs = [
+        _taken_apart(name, run, analytic, ode, start, scenario.tick, with_differences) for name, run in below
+    ]
     return [*rungs, Rung("analytic", analytic, None, {}, {})]
 
 

@@ -30,15 +30,17 @@ def table(result: dict[str, Any]) -> list[str]:
     heading = f"{result['scenario']}, tick {1e3 * result['tick']:g} ms; everything in mm"
     notes = [
         "",
-        "gap: RMS distance between the paths of this rung and of the analytic one. Servo, contact, tick and",
-        "rest: what each adds to the RMS error, from the analytic rung upwards; their sum leads to this rung.",
+        "gap: RMS distance between the paths of this rung and of the analytic one.",
+        "servo, contact, tick, rest: what each adds to the RMS error, from the analytic rung to this one.",
         *(sentence for law in result["controllers"] for sentence in _sentences(result, law)),
     ]
     return [heading, *lines, *notes]
 
 
 def _row(label: str, rung: dict[str, Any]) -> tuple[str, ...]:
-    errors = (_mm(rung[name]) for name in ("rms_position_error", "max_position_error", "final_position_error"))
+    errors = (
+        _mm(rung[name]) for name in ("rms_position_error", "max_position_error", "final_position_error")
+    )
     parts = rung["parts"]
     signed = (f"{1e3 * parts[name]:+.3f}" if parts else "" for name in ("servo", "contact", "tick", "rest"))
     status = "" if rung["status"] == "completed" else f" ({rung['status']})"
@@ -56,9 +58,8 @@ def _sentences(result: dict[str, Any], law: dict[str, Any]) -> list[str]:
         if not moved:
             continue
         name = max(moved, key=moved.__getitem__)
-        line = (
-            f"{law['controller']}, {rung['rung']}: the {name} moves the path most, by {1e3 * moved[name]:.3f} mm"
-        )
+        line = f"{law['controller']}, {rung['rung']}: the {name} moves the path most"
+        line += f", by {1e3 * moved[name]:.3f} mm"
         if law["rungs_at_half_the_tick"]:
             half = law["rungs_at_half_the_tick"][index]["moved"]["tick"]
             line += (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -91,7 +90,7 @@ def length(run: StudyRun, column: str) -> np.ndarray:
 def compare(sections: Mapping[str, Section]) -> list[dict[str, Any]]:
     """Return every target beside what was measured, in the order of the targets.
 
-    ``deviation`` is relative; a quick run has no meaning here and a target whose run is missing is left out.
+    A number that a run is too short for is None; a target whose run is missing is left out.
     """
     rows = []
     for target in TARGETS:
@@ -107,7 +106,8 @@ def compare(sections: Mapping[str, Section]) -> list[dict[str, Any]]:
                 "target": target.value,
                 "source": target.source,
                 "measured": value,
-                "deviation": None if value is None or not math.isfinite(value) else value / target.value - 1.0,
+                "upper": target.upper,
+                "met": None if value is None else target.met(value),
             }
         )
     return rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,14 +59,14 @@ def styled() -> Iterator[None]:
         yield
 
 
-def new_figure(rows: int, columns: int, height: float, **options: object) -> tuple[Figure, np.ndarray]:
+def new_figure(rows: int, columns: int, height: float, **options: Any) -> tuple[Figure, np.ndarray]:
     """Return a figure and its axes (rows, columns); never shown, so no window system is needed."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False, **options)  # pyright: ignore[reportCallIssue]
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
     from matplotlib.ticker import MaxNLocator
 
     for plot in np.ravel(axes):

@@ -24,6 +24,8 @@ class Target:
         Key in the measured numbers of that run.
     value : float
     unit : str
+    upper : bool
+        Whether the number should stay below `value` instead of meeting it.
     source : str
     """
 
@@ -31,7 +33,20 @@ class Target:
     quantity: str
     value: float
     unit: str
+    upper: bool = False
     source: str = SOURCE
+
+    @property
+    def tolerance(self) -> float:
+        """One per cent, or half of the last digit that the target has, whichever is more."""
+        digits = len(repr(self.value).partition(".")[2])
+        return max(0.01 * abs(self.value), 0.5 * 10.0**-digits)
+
+    def met(self, measured: float) -> bool:
+        """Whether a measured value agrees."""
+        if self.upper:
+            return measured <= self.value + self.tolerance
+        return abs(measured - self.value) <= self.tolerance
 
 
 _QUANTITIES = (
@@ -63,8 +78,8 @@ TARGETS: tuple[Target, ...] = (
     Target("kinematic/paper", "least_slip", 0.026, "m/s"),
     Target("kinematic/paper", "max_nominal_input", 0.0926, "m/s²"),
     Target("kinematic/paper", "max_robust_input", 0.78, "m/s²"),
-    Target("kinematic/paper", "late_robust_input", 0.0115, "m/s²"),
+    Target("kinematic/paper", "late_robust_input", 0.0115, "m/s²", upper=True),
     Target("dynamic/proportional", "heading_offset", 0.227, "rad"),
-    Target("dynamic/proportional", "max_torque", 0.06, "N·m"),
+    Target("dynamic/proportional", "max_torque", 0.06, "N·m", upper=True),
 )
 """Every target, in the order of the table."""
