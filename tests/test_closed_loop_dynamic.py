@@ -237,7 +237,9 @@ def excess(name: str) -> Array:
     signs = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0], indexing="ij")).reshape(3, 8)
     slip = ProportionalSlip(*(DYNAMIC_SLIP * signs))
     run = track(dynamic_plant(slip, 8), law(name, 8), rows_of(quintic_table_one(8), tick, 20.0), tick)
-    flat_input = run.stack("decision", "trace", "nominal_input") + run.stack("decision", "trace", "robust_input")
+    flat_input = run.stack("decision", "trace", "nominal_input") + run.stack(
+        "decision", "trace", "robust_input"
+    )
     uncertainty = np.diff(run.stack("motion", "acceleration"), axis=0) / tick - flat_input[:-1]
     ratio = np.hypot(uncertainty[..., 0], uncertainty[..., 1])
     return (ratio / run.stack("decision", "trace", "robust_gain")[:-1]).max(axis=0)

@@ -83,7 +83,9 @@ def test_ramped_torques_against_radau_at_100_hz():
     for k in range(ticks):
         state = plant.step(state, ramp(torques[k], torques[k + 1]), tick)
         for world in range(3):
-            exact[world] = radau(k * tick, tick, exact[world], world, torques[k, world], torques[k + 1, world])
+            exact[world] = radau(
+                k * tick, tick, exact[world], world, torques[k, world], torques[k + 1, world]
+            )
         motion = plant.observe(state)
         reached = [motion.position, state.heading, motion.forward_speed, motion.yaw_rate]
         worst = max(worst, np.abs(np.column_stack(reached) - exact).max())
@@ -96,7 +98,10 @@ def test_ramped_torques_against_radau_at_100_hz():
 def test_runge_kutta_converges_with_fourth_order():
     """One ramp over several substeps; the finest step stands in for the truth."""
     span = 0.8
-    first, last = np.array([[0.4, 0.6], [-0.5, -0.4], [0.3, -0.3]]), np.array([[0.2, 0.9], [0.1, 0.3], [0.0, 0.5]])
+    first, last = (
+        np.array([[0.4, 0.6], [-0.5, -0.4], [0.3, -0.3]]),
+        np.array([[0.2, 0.9], [0.1, 0.3], [0.0, 0.5]]),
+    )
 
     def end(steps):
         plant, h = dynamic_plant(swinging(), 3), span / steps

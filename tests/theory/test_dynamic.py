@@ -50,7 +50,9 @@ def test_drift_on_a_circle_is_the_jerk_of_a_circle():
     radius, w, phi = 1.5, -0.7, 0.4
     v, heading = radius * abs(w), phi - math.pi / 2.0  # clockwise
     a = drift(*lift(v, w, 0.0, math.cos(heading), math.sin(heading)))
-    np.testing.assert_allclose(a, [[radius * w**3 * math.sin(phi), -radius * w**3 * math.cos(phi)]], rtol=1e-13)
+    np.testing.assert_allclose(
+        a, [[radius * w**3 * math.sin(phi), -radius * w**3 * math.cos(phi)]], rtol=1e-13
+    )
 
 
 def test_drift_of_a_robot_that_speeds_up_in_a_bend_points_into_the_bend():
@@ -109,9 +111,10 @@ def test_slip_terms_are_what_finite_differences_of_the_acceleration_see(seed):
     acceleration = sum(weight * lateral[k] for k, weight in weights.items()) / step**2
     yaw_rate_of_slip = sum(u * (slips[k].yaw[0] - slips[-k].yaw[0]) for k, u in rate_weights.items()) / step
 
-    expected = third - (
-        drift(*lift(v, w, push), *facing) + apply_decoupling(*lift(v), *facing, *lift(mu1_rate, spin))
-    )[0]
+    expected = (
+        third
+        - (drift(*lift(v, w, push), *facing) + apply_decoupling(*lift(v), *facing, *lift(mu1_rate, spin)))[0]
+    )
     c_matrix, d_matrix = slip_terms(*lift(v, w, push), slips[0], *lift(rate, acceleration), *facing)
     got = c_matrix[0] + d_matrix[0] @ [mu1_rate, spin]
     np.testing.assert_allclose(got, expected, rtol=0, atol=2e-7)

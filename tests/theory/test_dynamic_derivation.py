@@ -104,9 +104,7 @@ def test_dynamic_slip_terms():
 def test_dynamic_uncertainty():
     """(62)–(64): with the corrected (27), F⃛ = v + DB⁻¹v + (C − DB⁻¹A)."""
     commanded = B_13_INVERSE * (INPUT - A_25)
-    third = third_derivative(DYNAMIC).subs(
-        {mu1bar: commanded[0], mu2bar: commanded[1]}, simultaneous=True
-    )
+    third = third_derivative(DYNAMIC).subs({mu1bar: commanded[0], mu2bar: commanded[1]}, simultaneous=True)
     e = D_BELOW_61 * B_13_INVERSE
     assert same(third, INPUT + e * INPUT + (C_CORRECTED - e * A_25))
     assert different(third, INPUT + e * INPUT + (C_BELOW_61 - e * A_25))
@@ -183,7 +181,9 @@ def test_package_inverts_the_dynamic_map(speed, turn, push, angle, jerk, spin):
 
 
 TORQUE_LAW = sympy.lambdify(
-    (m, iz, r, b, tau_l, tau_r), list((SHARE * PUSH * sympy.Matrix([tau_r, tau_l])).subs(h, 0.7)), modules="numpy"
+    (m, iz, r, b, tau_l, tau_r),
+    list((SHARE * PUSH * sympy.Matrix([tau_r, tau_l])).subs(h, 0.7)),
+    modules="numpy",
 )
 
 

@@ -140,7 +140,9 @@ def test_equation_70_allows_too_much_slip():
     assert worst_control_gain(0.6) > 1.4  # allowed by (70), and no Δv is large enough
     assert worst_control_gain(0.3) == pytest.approx(0.4616, abs=5e-5)
     one = np.ones(1)
-    gains = [ProportionalDynamicBound(full(1, a))(DynamicState(one, one, one, one, one))[0] for a in (0.49, 0.51)]
+    gains = [
+        ProportionalDynamicBound(full(1, a))(DynamicState(one, one, one, one, one))[0] for a in (0.49, 0.51)
+    ]
     assert gains[0] > 0.0 > gains[1]
 
 
