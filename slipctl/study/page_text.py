@@ -224,13 +224,13 @@ def wrong_part(numbers: Numbers) -> list[str]:
             f"""The bounds below (84), ‖v̇_t‖, ‖v̇_s‖ ≤ α‖v̂₁‖, do not hold: v̇_t = αū₁ contains Δv. At the
             start ‖Δv‖ is {kinematic["max_robust_input"]:.2f} m/s², while ‖v̂‖ never exceeds
             {kinematic["max_nominal_input"]:.4f} m/s².""",
-            f"""The heading does not follow the desired one, and cannot: its offset is atan(α/(1+α)), at the
-            end of these runs {kinematic["heading_offset"]:.3f} and {dynamic["heading_offset"]:.3f} rad. The paper
-            says so in words, without the number.""",
+            f"""The heading does not follow the desired one, and cannot: its offset is atan(α/(1+α)), here
+            {kinematic["heading_offset"]:.3f} and {dynamic["heading_offset"]:.3f} rad at the end. The paper says
+            so in words, without the number.""",
             """The dynamic law with our reading of the printed (81) tracks in these runs, but that ρ is no
             bound for every sign of the slip.""",
-            f""""The robust controller makes the robot more accurately track the desired trajectory" is
-            true against the nominal law with poles −0.5 1/s. Against a linear law with poles {STIFF_POLE:g} 1/s see
-            the remark on higher gains.""",
+            f""""The robust controller makes the robot more accurately track the desired trajectory" is true
+            against the nominal law with poles −0.5 1/s. Against a linear law with poles
+            {STIFF_POLE:g} 1/s see the remark on higher gains.""",
         ),
     ]
