@@ -14,6 +14,7 @@ from slipctl.metrics import UNITS
 if TYPE_CHECKING:
     from slipctl.scenario import World
     from slipctl.tick import Shape
+    from slipctl.view import Theorem
 
 MANY = 24
 """Up to so many worlds, all are recorded unless told otherwise; above, those with the largest errors."""
@@ -108,6 +109,8 @@ def record_worlds(
                     end_time=run.end_time,
                     metrics=run.metrics,
                     slip_bound=getattr(_config(worlds[world], run.label), "slip_bound", None),
+                    theorem=_theorem(_config(worlds[world], run.label)),
+                    guarantee=run.guarantee,
                 )
                 for run in runs
                 if run.world == world
@@ -129,6 +132,23 @@ def record_worlds(
     bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
     write_recordings(folder, folder / SIGNALS, recordings, bodies)
     return names
+
+
+def _theorem(config: Any) -> Theorem | None:
+    """Return what pictures need of the theorem behind a controller, None for a law without one."""
+    from slipctl.view import Theorem
+
+    if not hasattr(config, "boundary_layer"):
+        return None
+    general = config.uncertainty == "general"
+    return Theorem(
+        uncertainty=config.uncertainty,
+        slip_bound=config.slip_bound,
+        boundary_layer=config.boundary_layer,
+        yaw_slip_bound=config.yaw_slip_bound if general else None,
+        lateral_slip_bound=config.lateral_slip_bound if general else None,
+        order=3 if config.kind == "robust_dynamic" else 2,
+    )
 
 
 def _config(world: World, label: str) -> Any:

@@ -36,6 +36,7 @@ METRIC_UNITS = {
     "settled_error": "m",
     "error_bound": "m",
     "error_bound_share": "1",
+    "lyapunov_level": "1",
     "error_bound_level_set": "m",
     "error_bound_tight_level_set": "m",
     "error_bound_small_gain": "m",

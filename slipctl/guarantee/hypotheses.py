@@ -148,8 +148,8 @@ def slip_rates_bounded(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -
     """Return whether measured slip changed within its bounds over each tick, (N, T - 1).
 
     |Δv_t|, |Δv_s| ≤ α|Δv| for the kinematic bounds `paper` and `independent` (ζ₂, ζ₃ of Assumption 4.2 with
-    ū₁ as it really was). No part of `guarantee.held`: differences over a tick on contacts are mostly jitter, and
-    what a jitter does is in ‖η‖.
+    ū₁ as it really was). No part of `guarantee.held`: differences over a tick on contacts are mostly jitter,
+    and what a jitter does is in ‖η‖.
 
     Returns
     -------

@@ -119,6 +119,7 @@ def _bounds(
         "settling_time": first * tick,
         "settled_guarantee_fraction": held,
         "settled_error": float(errors.max()),
+        "lyapunov_level": tight,
         **bounds,
     }
     if held == 1.0:

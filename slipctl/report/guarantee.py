@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from slipctl.guarantee import HYPOTHESES
+from slipctl.guarantee.words import percent
+from slipctl.guarantee.words import sentence as sentence_of
 
 
 def sentence(label: str, runs: Sequence[Mapping[str, Any]], spans: str = "") -> str | None:
@@ -26,7 +28,12 @@ def sentence(label: str, runs: Sequence[Mapping[str, Any]], spans: str = "") -> 
     ]
     if not judged:
         return None
-    parts = [_one(judged[0]) if len(judged) == 1 else _many(judged, spans)]
+    first = judged[0]
+    parts = [
+        sentence_of(first["metrics"]["guarantee_fraction"], first["guarantee"])
+        if len(judged) == 1
+        else _many(judged, spans)
+    ]
     parts += _warnings(judged)
     return f"{label}: " + "; ".join(parts)
 
@@ -34,35 +41,6 @@ def sentence(label: str, runs: Sequence[Mapping[str, Any]], spans: str = "") -> 
 def holds(run: Mapping[str, Any]) -> bool:
     """Whether every hypothesis held on every tick of a run."""
     return run["metrics"].get("guarantee_fraction") == 1.0
-
-
-def violation(told: Mapping[str, Any]) -> str:
-    """Say the first violation: what, when, by how much."""
-    excess = told["first_violation_excess"]
-    beyond = "" if excess is None else f", by {_percent(excess)}"
-    name, time = HYPOTHESES[told["first_violation"]], told["first_violation_time"]
-    return f"violated first: {name}, at {time:.2f} s{beyond}"
-
-
-def promise(told: Mapping[str, Any]) -> str | None:
-    """Say the error beside its bound, or None where nothing is promised."""
-    if told["error_bound"] is None:
-        return None
-    return (
-        f"from {told['settling_time']:.1f} s on the error stays below {_millimetres(told['settled_error'])}, "
-        f"promised are {_millimetres(told['error_bound'])}"
-    )
-
-
-def _one(run: Mapping[str, Any]) -> str:
-    told = run["guarantee"]
-    if holds(run):
-        kept, promised = "every hypothesis of its theorem holds", promise(told)
-        return kept if promised is None else f"{kept}, {promised}"
-    fraction = run["metrics"]["guarantee_fraction"]
-    text = f"the hypotheses of its theorem hold on {_percent(fraction)} of the ticks; {violation(told)}"
-    promised = promise(told)
-    return text if promised is None else f"{text}; {promised}"
 
 
 def _many(runs: Sequence[Mapping[str, Any]], spans: str) -> str:
@@ -73,7 +51,7 @@ def _many(runs: Sequence[Mapping[str, Any]], spans: str) -> str:
     shares = [run["guarantee"]["error_bound_share"] for run in runs]
     shares = [share for share in shares if share is not None]
     if shares:
-        text += f"; errors reach {_percent(max(shares))} of their bound"
+        text += f"; errors reach {percent(max(shares))} of their bound"
     names = Counter(run["guarantee"]["first_violation"] for run in runs if not holds(run))
     broken = [f"{HYPOTHESES[name]} ({count})" for name, count in names.most_common()]
     return text + (f"; violated first: {', '.join(broken)}" if broken else "")
@@ -93,15 +71,3 @@ def _warnings(runs: Sequence[Mapping[str, Any]]) -> list[str]:
     elif alarms:
         parts.append(f"slip alarm in {len(alarms)} of them")
     return parts
-
-
-def _percent(share: float) -> str:
-    percent = 100.0 * share
-    # a share below 1 is never written as 100
-    if 99.5 <= percent < 100.0:
-        return f"{min(percent, 99.9):.1f} %"
-    return f"{percent:.0f} %" if percent >= 9.5 else f"{percent:.2g} %"
-
-
-def _millimetres(length: float) -> str:
-    return f"{1e3 * length:.3g} mm"

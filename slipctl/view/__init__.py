@@ -15,6 +15,7 @@ from slipctl.tick import Shape
 from slipctl.view.content import (
     RecordingError,
     RunInfo,
+    Theorem,
     ViewerError,
     WorldRecording,
     recording_id,
@@ -24,6 +25,7 @@ from slipctl.view.content import (
 __all__ = [
     "RecordingError",
     "RunInfo",
+    "Theorem",
     "ViewerError",
     "WorldRecording",
     "open_viewer",

@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from slipctl.tick import Shape
-from slipctl.view.content import RecordingError, RunInfo, WorldRecording
+from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording
 
 IN_PROCESS = 24  # worlds per process: every recording leaves 2 to 4 threads behind until its process ends
 
@@ -84,7 +84,7 @@ def run_job(job: Path) -> None:
     content = json.loads(job.read_text())
     shapes = content["shapes"]
     worlds = [
-        WorldRecording(world["file"], tuple(RunInfo(**run) for run in world["runs"]), world["info"])
+        WorldRecording(world["file"], tuple(_run(run) for run in world["runs"]), world["info"])
         for world in content["worlds"]
     ]
     _write_here(
@@ -94,6 +94,12 @@ def run_job(job: Path) -> None:
         None if shapes is None else [_shape(shape) for shape in shapes],
         lambda done, total: None,
     )
+
+
+def _run(content: dict[str, Any]) -> RunInfo:
+    if content["theorem"] is not None:
+        content["theorem"] = Theorem(**content["theorem"])
+    return RunInfo(**content)
 
 
 def _write_here(
@@ -158,7 +164,15 @@ def _encode(
         "worlds": [
             {
                 "file": world.file,
-                "runs": [{**vars(run), "metrics": dict(run.metrics)} for run in world.runs],
+                "runs": [
+                    {
+                        **vars(run),
+                        "metrics": dict(run.metrics),
+                        "theorem": None if run.theorem is None else vars(run.theorem),
+                        "guarantee": dict(run.guarantee),
+                    }
+                    for run in world.runs
+                ],
                 "info": dict(world.info),
             }
             for world in worlds

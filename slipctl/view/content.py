@@ -38,6 +38,10 @@ class RunInfo:
         Shown side by side in the tab *Run info* and stored as properties of the recording.
     slip_bound : float or None
         α of ‖slip‖ ≤ α|v|, drawn beside the slip [1]; None = no bound.
+    theorem : Theorem or None
+        What the law's theorem assumes; None = it has none.
+    guarantee : mapping of str to float, str or None
+        As of `slipctl.guarantee.verdict`.
     """
 
     run: int
@@ -47,6 +51,32 @@ class RunInfo:
     end_time: float | None = None
     metrics: Mapping[str, float | None] = field(default_factory=dict)
     slip_bound: float | None = None
+    theorem: Theorem | None = None
+    guarantee: Mapping[str, float | str | None] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Theorem:
+    """What the theorem of a law assumes; all that pictures need of it.
+
+    Attributes
+    ----------
+    uncertainty : str
+        Name of the bound ρ.
+    slip_bound, boundary_layer : float
+        α and ε.
+    yaw_slip_bound, lateral_slip_bound : float or None
+        ξ₁ [rad/s] and ξ₂ [m/s] where they stand for α|v|.
+    order : int
+        2 for a kinematic law, 3 for a dynamic one.
+    """
+
+    uncertainty: str
+    slip_bound: float
+    boundary_layer: float
+    yaw_slip_bound: float | None = None
+    lateral_slip_bound: float | None = None
+    order: int = 2
 
 
 @dataclass(frozen=True)

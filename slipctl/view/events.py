@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.guarantee.words import violation
+from slipctl.view.theorem import violations
 from slipctl.view.tracks import Array, Track
 
 SLIP_ONSET = 0.05  # slip ratio, assumed: far above the creep of a gripping wheel, far below a lost one
@@ -57,11 +59,7 @@ def events(track: Track) -> list[Event]:
         for start, end in _flag(track, "decision.saturated"):
             found.append(Event(start, "WARN", f"command saturated{_for(start, end)}"))
     if track.has("guarantee.held"):
-        held = track.values("guarantee.held")
-        for start, end in episodes(track.time, held == 0):
-            found.append(
-                Event(start, "INFO", f"a hypothesis of the guarantee does not hold{_for(start, end)}")
-            )
+        found += _guarantee(track)
     status, end = track.info.status, float(track.time[-1])
     if track.info.end_time is not None:
         end = float(track.info.end_time)
@@ -95,6 +93,27 @@ def episodes(time: Array, active: NDArray[np.bool_]) -> list[tuple[float, float]
         else:
             merged.append((start, end))
     return merged
+
+
+def _guarantee(track: Track) -> list[Event]:
+    found = []
+    told = track.info.guarantee
+    if told.get("first_violation") is not None:
+        time = told["first_violation_time"]
+        assert isinstance(time, float)
+        found.append(Event(time, "WARN", f"guarantee {violation(told)}"))
+    for start, end in episodes(track.time, track.values("guarantee.held") == 0):
+        which = violations(track, int(np.searchsorted(track.time, start)))
+        text = f"a hypothesis of the guarantee does not hold{_for(start, end)}"
+        found.append(Event(start, "INFO", f"{text}: {which}" if which else text))
+    if track.has("guarantee.alarm"):
+        seen = track.values("guarantee.monitored_slip")
+        for start, end in _flag(track, "guarantee.alarm"):
+            peak = float(np.nanmax(seen[(track.time >= start) & (track.time <= end)]))
+            found.append(
+                Event(start, "ERROR", f"slip alarm: slip beyond its bound{_for(start, end)}, peak {peak:.0%}")
+            )
+    return found
 
 
 def _flag(track: Track, name: str) -> list[tuple[float, float]]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import rerun.blueprint as rrb
 
-from slipctl.view.framing import axis_range, scene_box
-from slipctl.view.plots import STATES, derived, entity
+from slipctl.view.framing import scene_box
+from slipctl.view.guarantee_tab import guarantee_tab
+from slipctl.view.plots import STATES
 from slipctl.view.scene import Scales
 from slipctl.view.summary import arrow_words
+from slipctl.view.theorem import LANES
 from slipctl.view.tracks import Track
+from slipctl.view.views import Plots, column, lane
 
 SKY = (0x16, 0x19, 0x1D)
 
@@ -35,11 +37,11 @@ def blueprint(
     active_tab : int
         The tab that is open at first.
     """
-    plots = _Plots(tracks, roots)
+    plots = Plots(tracks, roots)
     scene = "3D · grid 0.5 m"
     overview = rrb.Horizontal(
         _scene_view(scene, tracks, roots, above=False),
-        _column(
+        column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view(
                 "Inputs: nominal |v̂|, robust |Δv| [m/s²]",
@@ -62,7 +64,7 @@ def blueprint(
     )
     tracking = rrb.Horizontal(
         _scene_view("From above · grid 0.5 m", tracks, roots, above=True),
-        _column(
+        column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view("Cross-track error [m]", ["error.cross_track"], settled=True),
             plots.view("Heading error [rad]", ["error.heading"], settled=True),
@@ -72,6 +74,11 @@ def blueprint(
         name="Tracking",
     )
     slip = [_slip_tab(track, roots[track.info.label], plots, scales, len(tracks)) for track in tracks]
+    theorems = [
+        guarantee_tab(track, roots[track.info.label], plots)
+        for track in tracks
+        if track.info.theorem is not None and track.has("guarantee.held")
+    ]
     about = rrb.Horizontal(
         rrb.TextDocumentView(origin="/info/summary", name="Summary"),
         rrb.TextLogView(
@@ -83,7 +90,7 @@ def blueprint(
         name="Run info",
     )
     return rrb.Blueprint(
-        rrb.Tabs(overview, tracking, *slip, about, active_tab=active_tab),
+        rrb.Tabs(overview, tracking, *slip, *theorems, about, active_tab=active_tab),
         # the panel that switches between the worlds of a sweep
         rrb.BlueprintPanel(state="expanded" if sweep else "collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -93,9 +100,13 @@ def blueprint(
     )
 
 
-def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int) -> rrb.Container:
+def _slip_tab(track: Track, root: str, plots: Plots, scales: Scales, count: int) -> rrb.Container:
     label = track.info.label
-    states = [f"+ {root}/state/{name}" for column, (name, *_) in STATES.items() if track.has(column)]
+    states = [
+        f"+ {lane(root, name)}"
+        for column, (name, *_) in STATES.items()
+        if track.has(column) and column not in LANES
+    ]
     bound = "" if track.info.slip_bound is None else f" · wide: bound ±{track.info.slip_bound:g}|v|"
     slip = ["slip.bound.upper", "slip.bound.lower", "slip.longitudinal", "slip.lateral"]
     gain = ["decision.robust_gain", "guarantee.uncertainty"]
@@ -121,12 +132,11 @@ def _slip_tab(track: Track, root: str, plots: _Plots, scales: Scales, count: int
         ),
     )
     name = "Slip & wheels" if count == 1 else f"Slip & wheels · {track.name}"
-    column = _column(*views, first=1.5)
     left: rrb.Container | rrb.View = camera
     if states:
         lanes = rrb.StateTimelineView(contents=states, name="Wheels, command, guarantee")
         left = rrb.Vertical(camera, lanes, row_shares=[2.6, 1])
-    return rrb.Horizontal(left, column, column_shares=[1, 1], name=name)
+    return rrb.Horizontal(left, column(*views, first=1.5), column_shares=[1, 1], name=name)
 
 
 def _scene_view(
@@ -157,12 +167,6 @@ def _scene_view(
     )
 
 
-def _column(*views: rrb.TimeSeriesView | None, first: float = 1.0) -> rrb.Vertical:
-    """Stack the views there are; the uppermost gets `first` times the height of the others."""
-    shown = [view for view in views if view is not None]
-    return rrb.Vertical(contents=shown, row_shares=[first, *(1.0 for _ in shown[1:])])
-
-
 def _growing(roots: Iterable[str]) -> dict[Any, Any]:
     """Show every piece of a trail up to the cursor."""
     until_now = rrb.VisibleTimeRanges(
@@ -175,62 +179,3 @@ def _growing(roots: Iterable[str]) -> dict[Any, Any]:
 
 def _sides(stem: str) -> list[str]:
     return [f"{stem}.left", f"{stem}.right"]
-
-
-class _Plots:
-    """Time-series views over the runs of a world; series that a run lacks are left out."""
-
-    def __init__(self, tracks: Sequence[Track], roots: Mapping[str, str]) -> None:
-        self._tracks, self._roots = tracks, roots
-        self._derived = {
-            track.info.label: {series.path: series.values for series in derived(track)} for track in tracks
-        }
-
-    def view(
-        self,
-        name: str,
-        columns: Sequence[str],
-        only: str | None = None,
-        first: Sequence[str] = (),
-        settled: bool = False,
-    ) -> rrb.TimeSeriesView | None:
-        """Return one view, or None where no run has any of its columns.
-
-        Parameters
-        ----------
-        name : str
-            With the unit.
-        columns : sequence of str
-            Columns or derived series, of every run or of `only` one.
-        first : sequence of str
-            Columns shown once, from the run that lasted longest.
-        settled : bool
-            Whether a first transient that dwarfs the rest is left out of the axis (and the name says so).
-        """
-        longest = max(self._tracks, key=lambda track: track.time[-1])
-        wanted = [(longest, column) for column in first]
-        wanted += [
-            (track, column)
-            for column in columns
-            for track in self._tracks
-            if only in (None, track.info.label)
-        ]
-        present = [(track, column) for track, column in wanted if self._values(track, column) is not None]
-        if not present:
-            return None
-        limits = None
-        if settled:
-            pairs = [(track.time, self._values(track, column)) for track, column in present]
-            limits = axis_range([(time, values) for time, values in pairs if values is not None])
-        return rrb.TimeSeriesView(
-            contents=[f"+ {entity(self._roots[track.info.label], column)}" for track, column in present],
-            name=name + (" · axis without the first transient" if limits else ""),
-            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-            axis_y=rrb.ScalarAxis(range=limits) if limits else None,
-            plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
-        )
-
-    def _values(self, track: Track, column: str) -> np.ndarray | None:
-        if column in self._derived[track.info.label]:
-            return self._derived[track.info.label][column]
-        return track.values(column) if track.has(column) else None

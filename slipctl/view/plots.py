@@ -8,6 +8,7 @@ import numpy as np
 import rerun as rr
 
 from slipctl.view.colours import NOMINAL_INPUT, REFERENCE, ROBUST_INPUT, Rgb, darker, lighter
+from slipctl.view.theorem import HELD, LANES, quantities
 from slipctl.view.tracks import PLOT_RATE, Array, Track, kept, nanoseconds, stride
 
 STATES = {
@@ -15,7 +16,8 @@ STATES = {
     "wheel.sliding.left": ("left_wheel", ("slides", 0xD55E00FF), ("grips", 0x3A3F44FF)),
     "wheel.sliding.right": ("right_wheel", ("slides", 0xD55E00FF), ("grips", 0x3A3F44FF)),
     "decision.saturated": ("command", ("saturated", 0xCC79A7FF), ("free", 0x3A3F44FF)),
-    "guarantee.held": ("guarantee", ("held", 0x009E73FF), ("not held", 0x7A4B00FF)),
+    "guarantee.held": HELD,
+    **LANES,
 }
 
 
@@ -44,7 +46,7 @@ def entity(root: str, column: str) -> str:
 
 
 def derived(track: Track) -> list[Series]:
-    """Return ‖v̂‖ and ‖Δv‖, and the slip bound ±α|v| where the controller has one."""
+    """Return ‖v̂‖ and ‖Δv‖, the slip bound ±α|v| where the controller has one, and those of its theorem."""
     series = []
     for stem in ("decision.nominal_input", "decision.robust_input"):
         if track.has(f"{stem}.x", f"{stem}.y"):
@@ -56,7 +58,7 @@ def derived(track: Track) -> list[Series]:
         bound = alpha * np.abs(track.values("motion.forward_speed"))
         unit = track.units.get("motion.forward_speed", "m/s")
         series += [Series("slip.bound.upper", unit, bound), Series("slip.bound.lower", unit, -bound)]
-    return series
+    return series + [Series(*quantity) for quantity in quantities(track)]
 
 
 def columns(track: Track) -> list[str]:
@@ -127,7 +129,7 @@ def _style(name: str, colour: Rgb, order: int) -> tuple[Rgb | tuple[int, int, in
         return lighter(NOMINAL_INPUT, 0.15 + 0.3 * (order == 0)), 1.5
     if name.startswith("decision.robust_input"):
         return lighter(ROBUST_INPUT, 0.15 * min(order, 3)), 1.5
-    if name.startswith("slip.bound"):
+    if name.startswith(("slip.bound", "guarantee.bound")):
         return lighter(colour, 0.6), 4.0
     if name == "decision.robust_gain":
         return lighter(ROBUST_INPUT, 0.5), 4.0
@@ -135,8 +137,10 @@ def _style(name: str, colour: Rgb, order: int) -> tuple[Rgb | tuple[int, int, in
         return lighter(colour, 0.7), 1.2  # drawn after the actual rate, which is wider
     if name.startswith("wheel.rate."):
         return colour, 6.0 if order == 0 else 3.5
-    if name == "slip.lateral" or name == "slip.yaw":
-        return (0xCC, 0x79, 0xA7) if name == "slip.lateral" else darker(colour, 0.3), 1.5
+    if name in ("slip.lateral", "guarantee.size.v_s"):
+        return (0xCC, 0x79, 0xA7), 1.5
+    if name == "slip.yaw":
+        return darker(colour, 0.3), 1.5
     if name.endswith(".right"):
         return lighter(colour, 0.45), 1.5
     return colour, 1.5
@@ -150,7 +154,7 @@ def _log_states(rec: rr.RecordingStream, root: str, track: Track) -> None:
         present = np.isfinite(values)
         time, on = track.time[present], values[present] > 0
         changes = np.flatnonzero(np.concatenate([[True], on[1:] != on[:-1]]))
-        path = f"{root}/state/{name}"
+        path = f"{root}/state/{name.replace(' ', '_')}"
         words = [true[0] if on[change] else false[0] for change in changes]
         meaning = rr.StateConfiguration(
             values=[true[0], false[0]],

@@ -139,6 +139,8 @@ def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, A
         properties[f"{label}.status"] = track.info.status
         values = {name: value for name, value in track.info.metrics.items() if value is not None}
         properties.update({f"{label}.{name}": float(value) for name, value in values.items()})
+        told = {name: value for name, value in track.info.guarantee.items() if value is not None}
+        properties.update({f"{label}.{name}": value for name, value in told.items()})
     return properties
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from slipctl.view.colours import Rgb
 from slipctl.view.content import world_title
 from slipctl.view.scene import NESTING, Scales
+from slipctl.view.theorem import page
 from slipctl.view.tracks import PLOT_RATE, SCENE_RATE, Track
 
 HIGHER_IS_BETTER = ("guarantee_fraction", "min_forward_speed")
@@ -39,6 +40,7 @@ def markdown(
     if info.get("description"):
         lines += [str(info["description"]), ""]
     lines += [*_metrics_table(tracks, info.get("units") or {}), ""]
+    lines += page(tracks)
     lines += ["## Reading the pictures", ""]
     lines.append(
         "* Colours: "

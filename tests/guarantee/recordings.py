@@ -45,9 +45,10 @@ def sound(rows: int = ROWS, order: int = 2) -> Columns:
     }
     if order == 3:
         columns["decision.acceleration"] = 0.0 * row
+    factorial = (1.0, 2.0, 6.0)
     for power, name in enumerate(("acceleration", "velocity", "position")[3 - order :]):
         for seen in ("motion", "reference"):
-            columns[f"{seen}.{name}.x"] = PUSH * time ** (power + 1) / (1.0, 2.0, 6.0)[power]
+            columns[f"{seen}.{name}.x"] = np.array(PUSH * time ** (power + 1) / factorial[power])
             columns[f"{seen}.{name}.y"] = 0.0 * row
     return columns
 
