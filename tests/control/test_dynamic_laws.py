@@ -99,7 +99,7 @@ def test_without_slip_the_flat_input_is_the_third_derivative(e1, e2, e3, heading
 
 
 def test_on_the_reference_every_law_is_feedforward():
-    """No error: Δv = 0, and the torques are those of the plan: a circle needs none, a straight jerk m r μ₁/2."""
+    """No error: Δv = 0, the torques are the plan's: none on a circle, m r μ₁/2 on a straight line."""
     v, w = 0.5, 0.4
     circle = reference((0, 0), (v, 0), (0, v * w), (-v * w**2, 0))
     straight = reference((0, 0), (v, 0), (0.2, 0), (0.3, 0))

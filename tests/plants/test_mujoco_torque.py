@@ -94,6 +94,7 @@ def test_acceleration_at_the_start_is_the_planned_one():
     plant = motors()
     planned = Start(np.zeros((1, 2)), full(1, 0.4), full(1, 0.5), full(1, 0.3), full(1, 0.2))
     acceleration = plant.observe(plant.start(planned)).acceleration
+    assert acceleration is not None
     c, s = math.cos(0.4), math.sin(0.4)
     np.testing.assert_allclose(acceleration, [[0.2 * c - 0.15 * s, 0.2 * s + 0.15 * c]], rtol=1e-12)
 
@@ -109,7 +110,7 @@ def test_torque_is_limited_in_both_directions():
 
 
 def test_motor_does_not_push_a_wheel_beyond_its_rate_limit():
-    """1 m/s is 12.1 rad/s. The robot comes to the limit and stays there, to what a tick and the pitching body add."""
+    """The robot comes to the limit and stays there, to what a tick and the pitching body add."""
     limit = 8.0
     plant = motors(wheel_rate_limit=limit)
     state = go(plant, plant.start(start(forward_speed=0.5)), torques((1.0, 1.0)), 300)

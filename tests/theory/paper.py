@@ -1,7 +1,7 @@
 """The paper's models and matrices as symbols, once more and independent of the package.
 
-Functions named after an equation return what is *printed* there; `rate` differentiates along a model. Equality
-of expressions is decided by value at random points: `simplify` is slow, and a wrong sign never survives 50.
+Names with an equation's number are what is *printed* there; `rate` differentiates along a model. Equality of
+expressions is decided by value at random points: `simplify` is slow, and a wrong sign never survives 50.
 """
 
 from __future__ import annotations

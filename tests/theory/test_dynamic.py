@@ -1,6 +1,7 @@
 """The dynamic model in numbers: flat maps there and back, slip terms on the exact plant, wheel torques."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from slipctl.theory.flatness import apply_decoupling, flat_to_state
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.robust import chain_gains, lyapunov_matrix
 from slipctl.theory.slip import SinusoidalSlip
-from slipctl.tick import Slip
+from slipctl.tick import Array, Slip
 
 values = st.floats(-2.0, 2.0)
 speeds = st.floats(0.1, 2.0)
@@ -21,7 +22,11 @@ headings = st.floats(-math.pi, math.pi)
 PAPER = Inertia(MAGELLAN_PRO, mass=18.2, yaw_inertia=0.39375)
 
 
-def lift(*numbers):
+def one(number: float) -> Array:
+    return np.array([float(number)])
+
+
+def lift(*numbers: float) -> Any:
     return tuple(np.array([float(number)]) for number in numbers)
 
 
@@ -30,16 +35,16 @@ def test_state_of_the_flat_output_comes_back(v, w, mu1, angle, jerk, spin):
     """(v, θ, μ₁, w, μ̄₁, μ̄₂) to Ḟ, F̈, F⃛ by (22)–(25), and back by (9), (10) and the corrected (27)."""
     cosine, sine = lift(math.cos(angle), math.sin(angle))
     velocity = np.stack([v * cosine, v * sine], axis=-1)
-    second = apply_decoupling(*lift(v), cosine, sine, *lift(mu1, w))
-    a = drift(*lift(v, w, mu1), cosine, sine)
-    third = a + apply_decoupling(*lift(v), cosine, sine, *lift(jerk, spin))
+    second = apply_decoupling(one(v), cosine, sine, one(mu1), one(w))
+    a = drift(one(v), one(w), one(mu1), cosine, sine)
+    third = a + apply_decoupling(one(v), cosine, sine, one(jerk), one(spin))
     back_v, back_angle, back_mu1, back_w = flat_to_state(velocity, second)
     scale = 1e-13 * (1.0 + np.abs(third).max()) / min(v, 1.0) ** 2
     assert back_v[0] == pytest.approx(v, abs=scale)
     assert math.remainder(back_angle[0] - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=scale)
     assert back_mu1[0] == pytest.approx(mu1, abs=scale)
     assert back_w[0] == pytest.approx(w, abs=scale)
-    there = (np.cos(back_angle), np.sin(back_angle))
+    there: tuple[Array, Array] = (np.cos(back_angle), np.sin(back_angle))
     back = invert_dynamics(back_v, *there, third, drift(back_v, back_w, back_mu1, *there))
     assert back[0][0] == pytest.approx(jerk, abs=100.0 * scale)
     assert back[1][0] == pytest.approx(spin, abs=100.0 * scale / v)
@@ -49,7 +54,7 @@ def test_drift_on_a_circle_is_the_jerk_of_a_circle():
     """F = R (cos φ, sin φ) with φ̇ = w has F⃛ = R w³ (sin φ, −cos φ) and needs no input."""
     radius, w, phi = 1.5, -0.7, 0.4
     v, heading = radius * abs(w), phi - math.pi / 2.0  # clockwise
-    a = drift(*lift(v, w, 0.0, math.cos(heading), math.sin(heading)))
+    a = drift(one(v), one(w), one(0.0), one(math.cos(heading)), one(math.sin(heading)))
     np.testing.assert_allclose(
         a, [[radius * w**3 * math.sin(phi), -radius * w**3 * math.cos(phi)]], rtol=1e-13
     )
@@ -57,7 +62,9 @@ def test_drift_on_a_circle_is_the_jerk_of_a_circle():
 
 def test_drift_of_a_robot_that_speeds_up_in_a_bend_points_into_the_bend():
     """2wμ₁ to the left: Coriolis."""
-    np.testing.assert_allclose(drift(*lift(0.5, 0.4, 0.3, 1.0, 0.0)), [[-0.5 * 0.16, 2.0 * 0.4 * 0.3]])
+    np.testing.assert_allclose(
+        drift(one(0.5), one(0.4), one(0.3), one(1.0), one(0.0)), [[-0.5 * 0.16, 2.0 * 0.4 * 0.3]]
+    )
 
 
 # slip terms against the third derivative of positions
@@ -102,7 +109,7 @@ def test_slip_terms_are_what_finite_differences_of_the_acceleration_see(seed):
 
     _, _, angle, v, w = states[0]
     push = mu1 + mu1_rate * at
-    facing = lift(math.cos(angle), math.sin(angle))
+    facing: tuple[Array, Array] = lift(math.cos(angle), math.sin(angle))
     law = SinusoidalSlip(*lift(*AMPLITUDES), period=np.array([PERIOD]))
     slips = {k: law.affine(at + k * step).at(np.array([state[3]])) for k, state in states.items()}
     lateral = {k: slip.lateral[0] for k, slip in slips.items()}
@@ -113,9 +120,14 @@ def test_slip_terms_are_what_finite_differences_of_the_acceleration_see(seed):
 
     expected = (
         third
-        - (drift(*lift(v, w, push), *facing) + apply_decoupling(*lift(v), *facing, *lift(mu1_rate, spin)))[0]
+        - (
+            drift(one(v), one(w), one(push), *facing)
+            + apply_decoupling(one(v), *facing, one(mu1_rate), one(spin))
+        )[0]
     )
-    c_matrix, d_matrix = slip_terms(*lift(v, w, push), slips[0], *lift(rate, acceleration), *facing)
+    c_matrix, d_matrix = slip_terms(
+        one(v), one(w), one(push), slips[0], one(rate), one(acceleration), *facing
+    )
     got = c_matrix[0] + d_matrix[0] @ [mu1_rate, spin]
     np.testing.assert_allclose(got, expected, rtol=0, atol=2e-7)
 
@@ -154,8 +166,8 @@ def test_norm_of_e_is_the_longitudinal_slip_ratio():
     """(75): ‖D B⁻¹‖ = |v_t|/|v|; lateral slip plays no part, unlike in (50)."""
     v, angle = 0.5, 1.1
     c, s = math.cos(angle), math.sin(angle)
-    slip = Slip(*lift(-0.15, 0.3, 0.2))
-    d_matrix = slip_terms(*lift(v, 0.2, 0.1), slip, *lift(0.3, -0.4, c, s))[1][0]
+    slip = Slip(one(-0.15), one(0.3), one(0.2))
+    d_matrix = slip_terms(one(v), one(0.2), one(0.1), slip, one(0.3), one(-0.4), one(c), one(s))[1][0]
     inverse = np.linalg.inv([[c, -v * s], [s, v * c]])
     assert np.linalg.norm(d_matrix @ inverse, 2) == pytest.approx(0.15 / 0.5, rel=1e-12)
 
@@ -176,7 +188,7 @@ pairs = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
 @given(bodies, values, values, pairs)
 def test_accelerations_of_torques_are_the_accelerations(body, push, spin, rate):
     rates = np.array([rate])
-    got = body.accelerations(body.torques(*lift(push, spin), rates), rates)
+    got = body.accelerations(body.torques(one(push), one(spin), rates), rates)
     assert got[0][0] == pytest.approx(push, abs=1e-12)
     assert got[1][0] == pytest.approx(spin, abs=1e-10)
 
@@ -190,15 +202,15 @@ def test_torques_of_accelerations_are_the_torques(body, torque, rate):
 
 def test_torques_by_hand():
     """τ = (r/2)(m μ₁ ± I_z μ₂/b): 0.3 m/s² takes 0.04125·5.46 N·m per wheel, 0.2 rad/s² ∓0.04125·0.4849."""
-    straight = PAPER.torques(*lift(0.3, 0.0), np.zeros((1, 2)))
+    straight = PAPER.torques(one(0.3), one(0.0), np.zeros((1, 2)))
     np.testing.assert_allclose(straight, [[0.225225, 0.225225]], rtol=1e-12)
-    turning = PAPER.torques(*lift(0.0, 0.2), np.zeros((1, 2)))
+    turning = PAPER.torques(one(0.0), one(0.2), np.zeros((1, 2)))
     each = 0.04125 * 0.39375 * 0.2 / 0.1624
     np.testing.assert_allclose(turning, [[-each, each]], rtol=1e-12)  # the right wheel pushes: to the left
 
 
 def test_wheel_inertia_counts_twice_at_the_rim():
-    """Power balance: a wheel that rolls at v/r carries J v²/(2r²), and at b w/r when the robot turns on the spot."""
+    """Power balance: a wheel that rolls at v/r carries J v²/(2r²), and b w/r on the spot."""
     body = Inertia(MAGELLAN_PRO, 18.2, 0.39375, wheel_inertia=0.02)
     v, w, r, b = 0.7, 1.3, 0.0825, 0.1624
     rolling = 18.2 * v**2 / 2.0 + 2.0 * 0.02 * (v / r) ** 2 / 2.0
@@ -211,8 +223,8 @@ def test_wheel_inertia_counts_twice_at_the_rim():
 @pytest.mark.parametrize("rates", [(2.0, 2.0), (-2.0, 2.0), (3.0, -1e-9), (0.0, 5.0)])
 def test_joint_friction_is_added_against_the_rotation_of_each_wheel(rates):
     rubbing = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07)
-    extra = rubbing.torques(*lift(0.3, 0.2), np.array([rates])) - PAPER.torques(
-        *lift(0.3, 0.2), np.array([rates])
+    extra = rubbing.torques(one(0.3), one(0.2), np.array([rates])) - PAPER.torques(
+        one(0.3), one(0.2), np.array([rates])
     )
     np.testing.assert_allclose(extra, [[0.07 * np.sign(rate) for rate in rates]], rtol=0, atol=1e-15)
 

@@ -4,6 +4,7 @@
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import sympy
 from slipctl.theory.dynamic import Inertia, drift, invert_dynamics, slip_terms
 from slipctl.theory.flatness import apply_decoupling, flat_to_state, state_to_flat
 from slipctl.theory.robot import MAGELLAN_PRO
-from slipctl.tick import Slip
+from slipctl.tick import Array, Slip
 from tests.theory.paper import (
     A_25,
     B_12,
@@ -27,8 +28,8 @@ from tests.theory.paper import (
     KINEMATIC_NO_SLIP,
     ddvs,
     ddvt,
-    different,
     difference,
+    different,
     dvs,
     dvt,
     dws,
@@ -49,7 +50,11 @@ from tests.theory.paper import (
 INPUTS = sympy.Matrix([mu1bar, mu2bar])
 
 
-def lift(*numbers):
+def one(number: float) -> Array:
+    return np.array([float(number)])
+
+
+def lift(*numbers: float) -> Any:
     return tuple(np.array([float(number)]) for number in numbers)
 
 
@@ -57,7 +62,7 @@ def lift(*numbers):
 def test_equation_9_needs_the_quadrant(degrees):
     """tan⁻¹(Ḟ₂/Ḟ₁) is off by π wherever the robot heads to −x; atan2 with v > 0 is not."""
     heading = math.radians(degrees)
-    velocity, acceleration = state_to_flat(*lift(0.4, heading, 0.1, -0.2))
+    velocity, acceleration = state_to_flat(one(0.4), one(heading), one(0.1), one(-0.2))
     printed = math.atan(velocity[0, 1] / velocity[0, 0])
     assert abs(printed - heading) == pytest.approx(math.pi if abs(degrees) > 90.0 else 0.0, abs=1e-12)
     assert flat_to_state(velocity, acceleration)[1][0] == pytest.approx(heading, abs=1e-12)
@@ -113,9 +118,9 @@ def test_equation_27_subtracts_the_drift_before_inverting():
     assert same(A_25 + B_12 * corrected, INPUT)
 
     c, s = math.cos(0.7), math.sin(0.7)
-    flat_input, a = np.array([[0.3, -0.2]]), drift(*lift(0.4, 0.5, 0.3, c, s))
-    jerk, spin = invert_dynamics(*lift(0.4, c, s), flat_input, a)
-    got = a + apply_decoupling(*lift(0.4, c, s), jerk, spin)
+    flat_input, a = np.array([[0.3, -0.2]]), drift(one(0.4), one(0.5), one(0.3), one(c), one(s))
+    jerk, spin = invert_dynamics(one(0.4), one(c), one(s), flat_input, a)
+    got = a + apply_decoupling(one(0.4), one(c), one(s), jerk, spin)
     np.testing.assert_allclose(got, flat_input, rtol=0, atol=1e-15)
 
 
@@ -155,7 +160,7 @@ def test_c_below_equation_61_is_right_without_yaw_slip():
 
 
 def test_corrected_c_is_free_of_the_yaw_slips_acceleration():
-    """Assumption 4.6 bounds w_s, v_s, v̇_s and v̈_s and no ẇ_s: right for the corrected C, not for the printed."""
+    """Assumption 4.6 bounds w_s, v_s, v̇_s, v̈_s and no ẇ_s: enough for the corrected C only."""
     assert dws in C_BELOW_61.free_symbols
     assert C_CORRECTED.free_symbols == {v, w, mu1, h, vt, vs, dvs, ddvs, ws}
 
@@ -167,9 +172,9 @@ def test_d_below_equation_61_is_right():
 
 def test_package_uses_the_corrected_c():
     values = {v: 0.4, w: -0.6, mu1: 0.2, h: 0.7, vt: 0.1, vs: -0.15, ws: 0.3, dvs: 0.2, ddvs: -0.4, dws: 0.9}
-    slip = Slip(*lift(values[vt], values[vs], values[ws]))
-    facing = lift(math.cos(0.7), math.sin(0.7))
-    got = slip_terms(*lift(0.4, -0.6, 0.2), slip, *lift(values[dvs], values[ddvs]), *facing)[0][0]
+    slip = Slip(one(values[vt]), one(values[vs]), one(values[ws]))
+    facing: tuple[Array, Array] = lift(math.cos(0.7), math.sin(0.7))
+    got = slip_terms(one(0.4), one(-0.6), one(0.2), slip, one(values[dvs]), one(values[ddvs]), *facing)[0][0]
     corrected, printed = (
         np.array(matrix.subs(values | {ddvt: 0}), dtype=float).ravel() for matrix in (C_CORRECTED, C_BELOW_61)
     )

@@ -159,8 +159,7 @@ RADIUS = math.sqrt(LAYER * RHO / 2.0)
 def worst_rate(e):
     """Return V̇ of (95) for errors (K, 2) along one axis, with the worst η, in line with JᵀPe."""
     weighted = np.abs(e @ P[:, 1])
-    inside = -(e**2).sum(axis=1) + 2.0 * RHO * (weighted - np.minimum(weighted**2 / LAYER, weighted))
-    return inside
+    return -(e**2).sum(axis=1) + 2.0 * RHO * (weighted - np.minimum(weighted**2 / LAYER, weighted))
 
 
 def errors_between(least, most, count=20_000):
@@ -209,7 +208,7 @@ def test_equation_99_needs_the_largest_gain():
 def test_higher_gains_keep_the_error_ultimately_bounded_too(pole):
     """The paper says they cannot guarantee it. They do, by small gain, for |σ| < 1/1.1547.
 
-    From η to v̂ the linear loop is −(p² + 2ps)/(s + p)², whose largest gain does not depend on p, and η = σv + …;
+    From η to v̂ the loop is −(p² + 2ps)/(s + p)², whose largest gain does not depend on p; η = σv + …;
     from η to e₁ it is 1/(s + p)² with the non-negative impulse response t e^{−pt}, of area 1/p².
     """
     frequency = -pole * np.logspace(-3.0, 3.0, 20_001)

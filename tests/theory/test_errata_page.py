@@ -44,7 +44,7 @@ PRINTED = {
     "(24)": r"\begin{pmatrix} \ddot{F}_1 \\ \ddot{F}_2 \end{pmatrix} = \mathbf{A} + \mathbf{B}",
     "(62)": r"\ddot{\mathbf{F}} = \mathbf{v} + \boldsymbol{\eta},\tag{62}",
     "(65)": r"\mathbf{J}(\mathbf{v} + \boldsymbol{\eta} - \ddot{\mathbf{F}}_{\mathbf{d}}), \tag{65}",
-    "(68)": r"\mathbf{K}_{2}\mathbf{e}_{2} - \mathbf{K}_{3}\mathbf{e}_{3} \equiv \ddot{\mathbf{F}}_{\mathbf{d}}",
+    "(68)": r"- \mathbf{K}_{3}\mathbf{e}_{3} \equiv \ddot{\mathbf{F}}_{\mathbf{d}}",
     "(27)": r"= \mathbf{B}^{-1} \mathbf{v} - \mathbf{A},\tag{27}",
     "C below (61), along t": r"(\dot{v}_s w - v_t w^2) \cos \theta",
     "C below (61), along n": r"(v_s w^2 + v \dot{w}_s + v_t \dot{w}_s + \ddot{v}_s) \sin \theta",
