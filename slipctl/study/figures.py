@@ -59,25 +59,32 @@ def slip_velocity(nominal: StudyRun, robust: StudyRun) -> Figure:
     return figure
 
 
-def paths(nominal: StudyRun, robust: StudyRun) -> Figure:
-    """Draw the desired path and both actual ones, and a piece of them from near by."""
-    figure, axes = style.new_figure(1, 2, 3.9)
-    whole, near = axes[0]
-    for plot in (whole, near):
-        _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)
-        _path(plot, nominal, "motion.position", style.NOMINAL, "nominal")
-        _path(plot, robust, "motion.position", style.ROBUST, "robust")
-        style.label(plot, "x [m]", "y [m]")
-    _window(whole, [robust.pair("reference.position"), nominal.pair("motion.position")], 0.05)
-    # the end of the path, wherever the nominal law left it
-    _window(near, [run.pair(column)[-1:] for run, column in _ends(nominal, robust)], 1.0)
-    whole.set_title("whole path")
-    near.set_title("its end")
-    style.legend_above(figure, whole)
-    return figure
+def paths(near_the_start: bool) -> Callable[[StudyRun, StudyRun], Figure]:
+    """Return how to draw the desired path and both actual ones, and one end of them from near by."""
+
+    def draw(nominal: StudyRun, robust: StudyRun) -> Figure:
+        figure, axes = style.new_figure(1, 2, 3.9)
+        whole, near = axes[0]
+        for plot in (whole, near):
+            _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)
+            _path(plot, nominal, "motion.position", style.NOMINAL, "nominal")
+            _path(plot, robust, "motion.position", style.ROBUST, "robust")
+            style.label(plot, "x [m]", "y [m]")
+        _window(whole, [robust.pair("reference.position"), nominal.pair("motion.position")], 0.05)
+        if near_the_start:
+            first = robust["time"] <= 0.25 * robust["time"][-1]
+            _window(near, [run.pair(column)[first] for run, column in _shown(nominal, robust)], 0.05)
+        else:
+            _window(near, [run.pair(column)[-1:] for run, column in _shown(nominal, robust)], 1.0)
+        whole.set_title("the whole path")
+        near.set_title("its first quarter" if near_the_start else "its end")
+        style.legend_above(figure, whole)
+        return figure
+
+    return draw
 
 
-def _ends(nominal: StudyRun, robust: StudyRun) -> list[tuple[StudyRun, str]]:
+def _shown(nominal: StudyRun, robust: StudyRun) -> list[tuple[StudyRun, str]]:
     return [(robust, "reference.position"), (robust, "motion.position"), (nominal, "motion.position")]
 
 
@@ -105,13 +112,13 @@ def headings(nominal: StudyRun, robust: StudyRun) -> Figure:
     return figure
 
 
-def inputs(unit: str) -> Callable[[StudyRun, StudyRun], Figure]:
-    """Return how to draw both terms of the robust law: its first second, and all of the run."""
+def inputs(unit: str, beginning: float = 1.0) -> Callable[[StudyRun, StudyRun], Figure]:
+    """Return how to draw both terms of the robust law: the `beginning` [s], and all of the run."""
 
     def draw(nominal: StudyRun, robust: StudyRun) -> Figure:
         figure, axes = style.new_figure(2, 2, 4.0, sharex="col")
-        time = robust["time"]
-        first = time <= min(1.0, 0.25 * time[-1])
+        time, cut = robust["time"], False
+        first = time <= min(beginning, 0.25 * time[-1])
         for index, axis in enumerate("xy"):
             hats = robust.pair("decision.nominal_input")[:, index]
             deltas = robust.pair("decision.robust_input")[:, index]
@@ -125,12 +132,13 @@ def inputs(unit: str) -> Callable[[StudyRun, StudyRun], Figure]:
                     TIME if index else "",
                     f"{axis} component [{unit}]" if plot is axes[index, 0] else "",
                 )
-            later = ~first
-            if later.any():
-                most = 1.15 * max(np.abs(hats).max(), np.abs(deltas[later]).max())
+            # a peak at the start must not hide the rest
+            most = 1.15 * max(np.abs(hats).max(), np.abs(deltas[~first]).max())
+            cut |= bool(np.abs(deltas).max() > most)
+            if np.abs(deltas).max() > most:
                 axes[index, 1].set_ylim(-most, most)
         axes[0, 0].set_title("the beginning")
-        axes[0, 1].set_title("the whole run, peaks cut off")
+        axes[0, 1].set_title("the whole run" + (", peaks cut off" if cut else ""))
         style.legend_above(figure, axes[0, 0])
         return figure
 
@@ -154,16 +162,16 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         3, _KINEMATIC, "Slip velocity v_t(t) under the robust kinematic law: 40 % of v(t).", slip_velocity
     ),
-    Picture(4, _KINEMATIC, "Kinematic laws: desired and actual paths.", paths),
+    Picture(4, _KINEMATIC, "Kinematic laws: desired and actual paths.", paths(False)),
     Picture(5, _KINEMATIC, "Kinematic laws: tracking errors in x and y.", errors),
     Picture(6, _KINEMATIC, "Kinematic laws: desired and actual heading.", headings),
     Picture(7, _KINEMATIC, "Robust kinematic law: nominal term v̂ and corrective term Δv.", inputs("m/s²")),
-    Picture(8, _DYNAMIC, "Dynamic laws: desired and actual paths.", paths),
+    Picture(8, _DYNAMIC, "Dynamic laws: desired and actual paths.", paths(True)),
     Picture(9, _DYNAMIC, "Dynamic laws: tracking errors in x and y.", errors),
     Picture(10, _DYNAMIC, "Dynamic laws: desired and actual heading.", headings),
-    Picture(11, _DYNAMIC, "Robust dynamic law: nominal term v̂ and corrective term Δv.", inputs("m/s³")),
+    Picture(11, _DYNAMIC, "Robust dynamic law: nominal term v̂ and corrective term Δv.", inputs("m/s³", 2.5)),
     Picture(12, _DYNAMIC, "Robust dynamic law: wheel torques.", torques),
-    Picture(14, _EXPERIMENT, "Experiment, simulated: desired and actual paths.", paths),
+    Picture(14, _EXPERIMENT, "Experiment, simulated: desired and actual paths.", paths(True)),
     Picture(15, _EXPERIMENT, "Experiment, simulated: tracking errors in x and y.", errors),
     Picture(16, _EXPERIMENT, "Experiment, simulated: nominal term v̂ and corrective term Δv.", inputs("m/s²")),
 )
@@ -216,7 +224,7 @@ def _line(
         time, values = time[shown], values[shown]
     some = style.thinned(len(time))
     axes.plot(time[some], values[some], color=colour, label=name, linewidth=width)
-    axes.set_xlim(time[0], time[-1])
+    axes.set_xlim(time[0] - 0.015 * np.ptp(time), time[-1])  # what happens at once must not hide
 
 
 def _path(axes: Axes, run: StudyRun, column: str, colour: str, name: str, width: float = 1.4) -> None:

@@ -13,15 +13,23 @@ def table(titles: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[
 
 
 def mm(value: float) -> str:
-    """Write millimetres so that they can be compared: three digits that matter, two places at most."""
-    if abs(value) >= 99.95:
-        return f"{value:.0f}"
+    """Write millimetres: one place, two below ten."""
     return f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.2f}"
+
+
+def signed(value: float) -> str:
+    """Write a difference in millimetres with its sign."""
+    return f"{value:+.2f}".replace("-", "−")
+
+
+def number(value: float) -> str:
+    """Write a parameter as short as it is, with a true minus sign."""
+    return f"{value:g}".replace("-", "−")
 
 
 def amount(value: float) -> str:
     """Write a number that may be small or large with three digits that matter."""
-    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.3g}"
+    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:#.3g}"
 
 
 def prose(text: str) -> list[str]:

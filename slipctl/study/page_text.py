@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from slipctl.study.choices import NOISE, STIFF_POLE
-from slipctl.study.markdown import amount, bullets, mm, prose, table
+from slipctl.study.markdown import amount, bullets, mm, number, prose, table
 from slipctl.study.sections import DYNAMIC, KINEMATIC
 
 Numbers = dict[str, Any]
@@ -40,9 +40,9 @@ def open_part(numbers: Numbers) -> list[str]:
     return [
         "## What the paper leaves open",
         "",
-        *prose("""Four choices decide the numbers, and the paper makes none of them in print. *Variation* is
-        the total variation of the commanded yaw rate [rad/s], for the dynamic laws of the right wheel's
-        torque [N·m]."""),
+        *prose("""Four choices decide the numbers, and the paper makes none of them in print. *Variation*
+        is the total variation of the commanded yaw rate [rad/s], for the dynamic laws of the right
+        wheel's torque [N·m]."""),
         *_bound(numbers),
         *_start(numbers),
         *_tick(numbers),
@@ -58,12 +58,12 @@ def _bound(numbers: Numbers) -> list[str]:
     return [
         "### Φ, and so ρ",
         "",
-        *prose(f"""Φ of (58) and (81) is not printed. `paper` is our reading of it; the others are rigorous
-        bounds, each tight for other knowledge of the slip. A larger ρ tracks better and asks for more: from
-        the tightest kinematic bound to the paper's, the RMS error falls from {mm(tight["rms_mm"])} to
-        {mm(paper["rms_mm"])} mm. The kinematic `paper` form holds through slack only. The dynamic one does
-        not hold for every sign of the slip, and here it tracks {verdict} than the rigorous form
-        ({mm(printed["rms_mm"])} against {mm(rigorous["rms_mm"])} mm)."""),
+        *prose(f"""Φ of (58) and (81) is not printed. `paper` is our reading of it; the others are
+        rigorous bounds, each tight for other knowledge of the slip. A larger ρ tracks better and asks for
+        more: from the tightest kinematic bound to the paper's, the RMS error falls from
+        {mm(tight["rms_mm"])} to {mm(paper["rms_mm"])} mm. The kinematic `paper` form holds through slack
+        only. The dynamic one does not hold for every sign of the slip, and here it tracks {verdict} than
+        the rigorous form ({mm(printed["rms_mm"])} against {mm(rigorous["rms_mm"])} mm)."""),
         *_tabled(rows, {"section": lambda row: row["section"], "law": lambda row: row["law"]}),
         "",
     ]
@@ -83,13 +83,13 @@ def _start(numbers: Numbers) -> list[str]:
     return [
         "### The initial state",
         "",
-        *prose(f"""*Planned*: the robot has the desired pose and speed and the slip already acts, so Ḟ(0) ≠
-        Ḟ_d(0); the text's "error at the beginning, which resulted from the slip" needs this one. *Matched*:
-        speed and heading are such that the slipping motion is the planned one. The start makes most of what
-        the dynamic section shows: matched, its RMS errors are {rms(DYNAMIC, "matched", "nominal")} mm
-        nominal and {rms(DYNAMIC, "matched", "robust")} mm robust instead of
-        {rms(DYNAMIC, "planned", "nominal")} and {rms(DYNAMIC, "planned", "robust")} mm. The nominal
-        kinematic law hardly notices ({rms(KINEMATIC, "planned", "nominal")} and
+        *prose(f"""*Planned*: the robot has the desired pose and speed and the slip already acts, so Ḟ(0)
+        ≠ Ḟ_d(0); the text's "error at the beginning, which resulted from the slip" needs this one.
+        *Matched*: speed and heading are such that the slipping motion is the planned one. The start makes
+        most of what the dynamic section shows: matched, its RMS errors are
+        {rms(DYNAMIC, "matched", "nominal")} mm nominal and {rms(DYNAMIC, "matched", "robust")} mm robust
+        instead of {rms(DYNAMIC, "planned", "nominal")} and {rms(DYNAMIC, "planned", "robust")} mm. The
+        nominal kinematic law hardly notices ({rms(KINEMATIC, "planned", "nominal")} and
         {rms(KINEMATIC, "matched", "nominal")} mm): its error is the slip that lasts."""),
         *_tabled(rows, columns),
         "",
@@ -114,7 +114,7 @@ def _tick(numbers: Numbers) -> list[str]:
         *prose(f"""The errors hardly depend on the tick; the command does. Under a zero-order hold the
         boundary layer chatters above a tick of 2 Re(1+σ)/|1+σ|² · ε/(P₂₂ρ): {1e3 * calm:.1f} ms at the
         worst instant of the kinematic run, the start, which passes, and {1e3 * late:.1f} ms in its second
-        half. The robust law's yaw rate varies by {steps}."""),
+        half. The robust law's yaw rate varies by {steps} (in rad/s)."""),
         *_tabled(both, columns),
         "",
     ]
@@ -141,9 +141,9 @@ def _feedback(numbers: Numbers) -> list[str]:
         slip, and the true position, the kinematic RMS errors grow from {rms("true", "nominal")} (nominal)
         and {rms("true", "robust")} mm (robust) to {rms("odometry", "nominal")} and
         {rms("odometry", "robust")} mm: this choice matters more than the choice of the law. With F̈ from
-        the model without slip instead of an accelerometer the dynamic laws end {final("model", "nominal")}
-        and {final("model", "robust")} mm off instead of {final("true", "nominal")} and
-        {final("true", "robust")} mm."""),
+        the model without slip instead of an accelerometer the dynamic laws end
+        {final("model", "nominal")} and {final("model", "robust")} mm off instead of
+        {final("true", "nominal")} and {final("true", "robust")} mm."""),
         *_tabled(rows, columns),
         "",
     ]
@@ -160,10 +160,10 @@ def gains_part(numbers: Numbers) -> list[str]:
     return [
         "## The discontinuous law (47)",
         "",
-        *prose(f"""At {1e3 * fine["tick"]:g} ms the discontinuous law tracks to {mm(fine["rms_mm"])} mm RMS,
-        the continuous one (59) to {mm(smooth["rms_mm"])} mm. The price is a yaw rate that changes by
-        {amount(fine["variation"])} rad/s in all instead of {amount(smooth["variation"])} rad/s, between its
-        limits from tick to tick: no motor does that, and a shorter tick makes it worse."""),
+        *prose(f"""At {1e3 * fine["tick"]:g} ms the discontinuous law tracks to {mm(fine["rms_mm"])} mm
+        RMS, the continuous one (59) to {mm(smooth["rms_mm"])} mm. The price is a yaw rate that changes by
+        {amount(fine["variation"])} rad/s in all instead of {amount(smooth["variation"])} rad/s, between
+        its limits from tick to tick: no motor does that, and a shorter tick makes it worse."""),
         *_tabled(chatter, columns),
         "",
         *_higher_gains(numbers),
@@ -198,16 +198,17 @@ def _higher_gains(numbers: Numbers) -> list[str]:
         "## The remark on higher gains",
         "",
         *prose(f""""Note that the use of higher gains for K_i in the nonrobust control could reduce the
-        tracking error, however, one cannot guarantee the uniformly ultimate boundedness property" (Section
-        V-A). For the kinematic model the second half is wrong: for constant |σ| < 0.787 a linear law is
-        uniformly ultimately bounded at every pole, with a bound that falls as 1/p²: {mm(low["bound_mm"])}
-        mm at pole {low["pole"]:g} 1/s{seen}, {mm(high["bound_mm"])} mm at pole {high["pole"]:g} 1/s."""),
-        *prose(f"""So the robust law has to be held against a linear law with poles {STIFF_POLE:g} 1/s, at
-        the same tick, start and noise ({noise}; medians over seeds; `paper` ρ). Of {len(groups)}
-        comparisons the linear law has the smaller RMS error in {lower("rms_mm")}, the smaller largest error
-        in {lower("max_mm")} and the smaller command variation in {lower("variation")}. Inside its boundary
-        layer the robust law *is* a linear law with gains scheduled by ρ. What it has beyond that is its
-        answer to the large error at the start."""),
+        tracking error, however, one cannot guarantee the uniformly ultimate boundedness property"
+        (Section V-A). For the kinematic model the second half is wrong: for constant |σ| < 0.787 a linear
+        law is uniformly ultimately bounded at every pole, with a bound that falls as 1/p²:
+        {mm(low["bound_mm"])} mm at pole {number(low["pole"])} 1/s{seen}, {mm(high["bound_mm"])} mm at
+        pole {number(high["pole"])} 1/s."""),
+        *prose(f"""So the robust law has to be held against a linear law with poles {number(STIFF_POLE)}
+        1/s, at the same tick, start and noise ({noise}; medians over seeds; `paper` ρ). Of {len(groups)}
+        comparisons the linear law has the smaller RMS error in {lower("rms_mm")}, the smaller largest
+        error in {lower("max_mm")} and the smaller command variation in {lower("variation")}. Inside its
+        boundary layer the robust law *is* a linear law with gains scheduled by ρ. What it has beyond that
+        is its answer to the large error at the start."""),
         *_tabled(rows, columns),
         "",
     ]
@@ -224,13 +225,13 @@ def wrong_part(numbers: Numbers) -> list[str]:
             f"""The bounds below (84), ‖v̇_t‖, ‖v̇_s‖ ≤ α‖v̂₁‖, do not hold: v̇_t = αū₁ contains Δv. At the
             start ‖Δv‖ is {kinematic["max_robust_input"]:.2f} m/s², while ‖v̂‖ never exceeds
             {kinematic["max_nominal_input"]:.4f} m/s².""",
-            f"""The heading does not follow the desired one, and cannot: its offset is atan(α/(1+α)), here
-            {kinematic["heading_offset"]:.3f} and {dynamic["heading_offset"]:.3f} rad at the end. The paper says
+            f"""The heading does not follow the desired one, and cannot: its offset is atan(α/(1+α)), at
+            the end {kinematic["heading_offset"]:.3f} and {dynamic["heading_offset"]:.3f} rad. The paper says
             so in words, without the number.""",
             """The dynamic law with our reading of the printed (81) tracks in these runs, but that ρ is no
             bound for every sign of the slip.""",
             f""""The robust controller makes the robot more accurately track the desired trajectory" is true
             against the nominal law with poles −0.5 1/s. Against a linear law with poles
-            {STIFF_POLE:g} 1/s see the remark on higher gains.""",
+            {number(STIFF_POLE)} 1/s see the remark on higher gains.""",
         ),
     ]

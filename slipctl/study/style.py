@@ -42,8 +42,8 @@ _SETTINGS = {
     "legend.fontsize": 8.5,
     "lines.linewidth": 1.4,
     "lines.solid_joinstyle": "round",
-    "figure.dpi": 110.0,
-    "savefig.dpi": 110.0,
+    "figure.dpi": 100.0,
+    "savefig.dpi": 100.0,
     "path.simplify": True,
 }
 

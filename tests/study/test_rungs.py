@@ -72,7 +72,7 @@ def test_the_parts_lead_from_the_analytic_error_to_that_of_the_rung(which, reque
 
 
 def test_a_series_is_its_own_slip_at_the_ticks(wet):
-    """The slip that is replayed was measured on the emergent rung: its contact has nothing to explain there."""
+    """The slip that is replayed was measured on the emergent rung: no contact differs from it there."""
     assert rung(wet, LAW, "emergent")["moved"]["contact"] < 1e-12
     assert rung(wet, LAW, "prescribed")["moved"]["contact"] > 1e-6
 
@@ -107,7 +107,7 @@ def test_the_difference_of_two_slip_laws_is_found_and_put_in():
 
     assert gap(found) < 1e-6
     assert gap(found.without_slip()) > 1e-4
-    assert gap(replace(found, wheels_over=found.wheels_over + [0.01, 0.0])) > 1e-5
+    assert gap(replace(found, wheels_over=found.wheels_over + np.array([0.01, 0.0]))) > 1e-5
 
 
 @pytest.mark.parametrize(
