@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from slipctl.control.drive import DriveLimits
+from slipctl.control.torque import TorqueDrive
+from slipctl.plants.dynamic_ode import DynamicOde
 from slipctl.plants.ground import Ground
 from slipctl.plants.mujoco import MujocoPlant
 from slipctl.plants.ode import KinematicOde
@@ -18,6 +20,7 @@ from slipctl.theory.robust import UNCERTAINTIES
 from slipctl.theory.slip import NoSlip, ProportionalSlip, SinusoidalSlip
 from slipctl.tick import Reference, Start
 from tests.builders import full, leaves, nominal_law, planned_start, robust_law, rows_of
+from tests.dynamic import BOUNDS, PAPER_BODY, nominal_dynamic, robust_dynamic
 
 TICK = 0.01
 TICKS = 60
@@ -63,16 +66,37 @@ def on_belts(rows: Rows) -> Plant:
     return MujocoPlant.build(ground=ground(rows), slip_law=ProportionalSlip(*fractions(rows)), threads=2)
 
 
+def dynamic(slip_law: Callable[[Rows], Any]) -> Callable[[Rows], Plant]:
+    return lambda rows: DynamicOde(PAPER_BODY, slip_law(rows), pick(rows, 50.0, 40.0, 0.35, 30.0, 20.0))
+
+
+def with_motors(rows: Rows) -> Plant:
+    return MujocoPlant.build(ground=ground(rows), speed_drive=False, torque_limit=1.0, wheel_rate_limit=14.0)
+
+
+def no_slip(rows: Rows) -> NoSlip:
+    return NoSlip(len(rows))
+
+
+def swinging(rows: Rows) -> SinusoidalSlip:
+    return SinusoidalSlip(*fractions(rows), period=pick(rows, 1.0, 2.0, 3.0, 0.4, 0.7))
+
+
 PLANTS: dict[str, Callable[[Rows], Plant]] = {
-    "ode": ode(lambda rows: NoSlip(len(pick(rows, *[0.0] * 5)))),
+    "ode": ode(no_slip),
     "ode_proportional": ode(lambda rows: ProportionalSlip(*fractions(rows))),
-    "ode_sinusoidal": ode(
-        lambda rows: SinusoidalSlip(*fractions(rows), period=pick(rows, 1.0, 2.0, 3.0, 0.4, 0.7))
-    ),
+    "ode_sinusoidal": ode(swinging),
     "mujoco": on_mujoco(),
     "mujoco_film": on_mujoco(film=True),
     "mujoco_creep": on_mujoco(creep=True),
     "mujoco_belts": on_belts,
+}
+
+TORQUE_PLANTS: dict[str, Callable[[Rows], Plant]] = {
+    "dynamic_ode": dynamic(no_slip),
+    "dynamic_ode_proportional": dynamic(lambda rows: ProportionalSlip(*fractions(rows))),
+    "dynamic_ode_sinusoidal": dynamic(swinging),
+    "mujoco_torque": with_motors,
 }
 
 
@@ -108,6 +132,35 @@ LAWS: dict[str, Callable[[Rows], Controller]] = {
 }
 
 
+def motors(rows: Rows) -> TorqueDrive:
+    """Return limits that some worlds meet and others do not."""
+    return TorqueDrive(PAPER_BODY, pick(rows, 4.0, 0.3, 4.0, 1.0, 0.1), full(len(rows), 0.05))
+
+
+def robust_torque(name: str) -> Callable[[Rows], Controller]:
+    def build(rows: Rows) -> Controller:
+        bound = BOUNDS[name](pick(rows, 0.3, 0.2, 0.3, 0.1, 0.45))
+        return robust_dynamic(poles(rows), pick(rows, 0.02, 0.05, 0.1, 0.03, 0.2), bound, motors(rows))
+
+    return build
+
+
+TORQUE_LAWS: dict[str, Callable[[Rows], Controller]] = {
+    "nominal_dynamic": lambda rows: nominal_dynamic(poles(rows), motors(rows)),
+    **{f"robust_dynamic_{name}": robust_torque(name) for name in BOUNDS},
+}
+
+EVERY_PLANT, EVERY_LAW = PLANTS | TORQUE_PLANTS, LAWS | TORQUE_LAWS
+
+
+def nominal_for(plant: str) -> str:
+    return "nominal_dynamic" if plant in TORQUE_PLANTS else "nominal_kinematic"
+
+
+def robust_for(plant: str) -> str:
+    return "robust_dynamic_proportional" if plant in TORQUE_PLANTS else "robust_independent"
+
+
 def references(rows: Rows) -> Reference:
     placement = Placement(
         pick(rows, 0.0, 1.0, 0.0, -1.0, 0.5),
@@ -137,7 +190,7 @@ class Loop:
     """The closed loop by hand, able to stop and go on anywhere."""
 
     def __init__(self, plant: str, law: str, rows: Rows = WORLDS):
-        self.plant, self.law = PLANTS[plant](rows), LAWS[law](rows)
+        self.plant, self.law = EVERY_PLANT[plant](rows), EVERY_LAW[law](rows)
         self.references, self.rows = references(rows), rows
 
     def begin(self) -> tuple[Any, Any]:

@@ -18,7 +18,22 @@ from slipctl.theory.robust import UNCERTAINTIES
 from slipctl.theory.slip import SinusoidalSlip
 from slipctl.tick import Motion, Reference
 from tests.builders import leaves, robust_law, rows_of, track
-from tests.lineup import LAWS, PLANTS, TICK, TICKS, WORLDS, Loop, beginning
+from tests.dynamic import BOUNDS, dynamic_plant, robust_dynamic
+from tests.lineup import (
+    EVERY_LAW,
+    EVERY_PLANT,
+    LAWS,
+    PLANTS,
+    TICK,
+    TICKS,
+    TORQUE_LAWS,
+    TORQUE_PLANTS,
+    WORLDS,
+    Loop,
+    beginning,
+    nominal_for,
+    robust_for,
+)
 
 
 def same(left: dict[str, Any], right: dict[str, Any]) -> None:
@@ -35,6 +50,8 @@ def one_world(seen: dict[str, Any], world: int) -> dict[str, Any]:
 PAIRS = sorted(
     {*itertools.product(PLANTS, ("nominal_kinematic", "robust_independent"))}
     | {*itertools.product(("ode_proportional", "mujoco"), LAWS)}
+    | {*itertools.product(TORQUE_PLANTS, ("nominal_dynamic", "robust_dynamic_proportional"))}
+    | {*itertools.product(("dynamic_ode_sinusoidal", "mujoco_torque"), TORQUE_LAWS)}
 )
 
 
@@ -87,10 +104,10 @@ def test_a_run_goes_on_from_the_middle_with_the_same_bits(plant, law):
         same(left, third)
 
 
-@pytest.mark.parametrize("plant", PLANTS)
+@pytest.mark.parametrize("plant", EVERY_PLANT)
 def test_plants_are_pure(plant):
     """`step`, `observe` and `details` change neither state nor command, and answer the same bits again."""
-    loop = Loop(plant, "robust_independent")
+    loop = Loop(plant, robust_for(plant))
     state, memory, _ = loop.go(*loop.begin(), 0, 5)
     motion = loop.plant.observe(state)
     reference = loop.references.row(5)
@@ -107,9 +124,9 @@ def test_plants_are_pure(plant):
     assert not np.array_equal(loop.plant.observe(again).position, motion.position)
 
 
-@pytest.mark.parametrize("plant", PLANTS)
+@pytest.mark.parametrize("plant", EVERY_PLANT)
 def test_starting_anew_leaves_old_states_valid(plant):
-    loop = Loop(plant, "nominal_kinematic")
+    loop = Loop(plant, nominal_for(plant))
     start = beginning(WORLDS)
     before = copy.deepcopy(start)
     state = loop.go(*loop.begin(), 0, 5)[0]
@@ -119,9 +136,9 @@ def test_starting_anew_leaves_old_states_valid(plant):
     same(leaves(before), leaves(start))
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", EVERY_LAW)
 def test_laws_are_pure(law):
-    controller = LAWS[law](WORLDS)
+    controller = EVERY_LAW[law](WORLDS)
     rng = np.random.default_rng(3)
     worlds = len(WORLDS)
     heading = rng.uniform(-math.pi, math.pi, worlds)
@@ -145,11 +162,11 @@ def test_laws_are_pure(law):
     same({k: v for k, v in left.items() if v is not None}, {k: v for k, v in right.items() if v is not None})
 
 
-@pytest.mark.parametrize("plant", PLANTS)
+@pytest.mark.parametrize("plant", EVERY_PLANT)
 def test_plants_start_as_asked(plant):
     """Planned pose and wheel rates, to rounding; the wheels' rates are those of v and w."""
     start = beginning(WORLDS)
-    motion = PLANTS[plant](WORLDS)
+    motion = EVERY_PLANT[plant](WORLDS)
     seen = motion.observe(motion.start(start))
     np.testing.assert_allclose(seen.position, start.position, rtol=0, atol=1e-12)
     facing = np.stack([np.cos(start.heading), np.sin(start.heading)], axis=-1)
@@ -159,11 +176,11 @@ def test_plants_start_as_asked(plant):
     assert seen.forward_speed.any()
 
 
-@pytest.mark.parametrize("plant", PLANTS)
+@pytest.mark.parametrize("plant", EVERY_PLANT)
 def test_world_that_ends_is_frozen_and_the_others_do_not_notice(plant):
     """World 2 drives out of a small arena; without it the others do the same to the last bit."""
     small = np.array([50.0, 50.0, 0.1, 50.0, 50.0])
-    loop = Loop(plant, "nominal_kinematic")
+    loop = Loop(plant, nominal_for(plant))
     loop.plant = _with_arena(loop.plant, small)
     _, _, seen = loop.go(*loop.begin(), 0, TICKS)
     status = np.stack([row["[3]"] for row in seen])
@@ -172,7 +189,7 @@ def test_world_that_ends_is_frozen_and_the_others_do_not_notice(plant):
     assert 0 < first < TICKS // 2
     positions = np.stack([row["[0].position"] for row in seen])
     assert (positions[first:, 2] == positions[first, 2]).all()
-    others = Loop(plant, "nominal_kinematic", [0, 1, 3, 4])
+    others = Loop(plant, nominal_for(plant), [0, 1, 3, 4])
     others.plant = _with_arena(others.plant, small[[0, 1, 3, 4]])
     _, _, rest = others.go(*others.begin(), 0, TICKS)
     for left, right in zip(seen, rest, strict=True):
@@ -185,7 +202,8 @@ def _with_arena(plant: Any, arena: Any) -> Any:
     )
 
 
-def test_wide_batches_round_as_narrow_ones():
+@pytest.mark.parametrize("drive", ["wheel_speed", "wheel_torque"])
+def test_wide_batches_round_as_narrow_ones(drive):
     """Vector instructions take eight worlds at once and the rest otherwise; the bits must not tell."""
     worlds = 37
     rng = np.random.default_rng(11)
@@ -197,10 +215,23 @@ def test_wide_batches_round_as_narrow_ones():
         slip = SinusoidalSlip(**{name: value[rows] for name, value in values.items()}, period=period[rows])
         zero = np.zeros(len(rows))
         plan = FigureEight(zero + 2.0, speed[rows], Placement(zero, zero, heading[rows]))
-        plant = KinematicOde(MAGELLAN_PRO, slip, zero + 50.0)
-        law = robust_law(pole[rows], zero + 0.4, zero + 0.05, UNCERTAINTIES["independent"].bound)
+        if drive == "wheel_torque":
+            plant: Any = dynamic_plant(slip, len(rows))
+            law: Any = robust_dynamic(pole[rows], zero + 0.05, BOUNDS["proportional"](zero + 0.3))
+        else:
+            plant = KinematicOde(MAGELLAN_PRO, slip, zero + 50.0)
+            law = robust_law(pole[rows], zero + 0.4, zero + 0.05, UNCERTAINTIES["independent"].bound)
         return leaves(track(plant, law, rows_of(plan, TICK, 0.3), TICK).rows[-1].motion)
 
     together = final(np.arange(worlds))
     for world in range(worlds):
         same(one_world(together, world), final(np.array([world])))
+
+
+@pytest.mark.parametrize("plant", TORQUE_PLANTS)
+def test_some_worlds_of_the_lineup_meet_their_torque_limit_and_others_do_not(plant):
+    loop = Loop(plant, "nominal_dynamic")
+    _, _, seen = loop.go(*loop.begin(), 0, TICKS)
+    met = np.stack([row["[2].saturated"] for row in seen]).any(axis=0)
+    assert met.any()
+    assert not met.all()
