@@ -151,7 +151,8 @@ def test_laws_are_pure(law):
             for shape in (worlds, (worlds, 2), (worlds, 2), worlds, worlds, (worlds, 2))
         ),
     )
-    reference = Reference(*(rng.normal(size=(worlds, 2)) for _ in range(4)))
+    first, second, third, fourth = (rng.normal(size=(worlds, 2)) for _ in range(4))
+    reference = Reference(first, second, third, fourth)
     memory = controller.start(replace(beginning(WORLDS), forward_speed=rng.uniform(0.1, 1.0, worlds)))
     inputs = copy.deepcopy((memory, reference, motion))
     decision = copy.deepcopy(controller.update(memory, reference, motion, TICK))
