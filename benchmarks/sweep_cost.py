@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from slipctl import scenario as files
-from slipctl.experiment import build
+from slipctl.experiment import assemble
 from slipctl.experiment.batch import run_batch
 from slipctl.experiment.runner import machine, versions
 from slipctl.recording import Recorder
@@ -42,10 +42,10 @@ def main() -> None:
 
     worlds = worlds_of(arguments.worlds)
     first = worlds[0].scenario
-    robot = build.read_robot(first)
-    planned = build.references(worlds)
-    start = build.start(worlds, planned)
-    plant = build.plant(worlds, robot, arguments.threads)
+    robot = assemble.read_robot(first)
+    planned = assemble.references(worlds)
+    start = assemble.start(worlds, planned)
+    plant = assemble.plant(worlds, robot, arguments.threads)
     steps_per_tick = round(first.tick / first.plant.timestep)
     ticks = len(planned.position) - 1
 
@@ -53,7 +53,7 @@ def main() -> None:
     controls, ends = [], []
     for index in range(len(first.controller)):
         recorder = Recorder(ticks + 1, len(worlds))
-        law = build.law(worlds, index, robot)
+        law = assemble.law(worlds, index, robot)
         simulate(plant, law.controller, planned, start, first.tick, recorder.write)
         columns = recorder.columns()
         pair = np.stack([columns["wheel.rate_command.left"], columns["wheel.rate_command.right"]], axis=-1)

@@ -100,10 +100,12 @@ class Start:
     forward_speed, yaw_rate : (N,) arrays
         Wheel-derived rates [m/s], [rad/s].
     forward_acceleration : (N,) array
-        What the motors already push at, per mass: the planned μ₁ and what a slope asks for [m/s²].
+        The planned one [m/s²].
     path_speed : (N,) array or None
         Planned speed in the path's own time, which is not 0 where the robot starts at rest [m/s]; None where
         the path has no time of its own.
+    uphill_acceleration : (N,) array or None
+        What a slope takes along the heading and torque motors already hold against [m/s²]; None on the level.
     """
 
     position: Array
@@ -112,6 +114,7 @@ class Start:
     yaw_rate: Array
     forward_acceleration: Array
     path_speed: Array | None = None
+    uphill_acceleration: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ class RobustDynamic:
     bound: DynamicBound
 
     def start(self, start: Start) -> PushMemory:
-        """Return the memory at the start: what the motors already push at."""
-        return PushMemory(start.forward_acceleration)
+        """Return the memory at the start."""
+        return self.drive.start(start)
 
     def update(
         self, memory: PushMemory, reference: Reference, motion: Motion, tick: float

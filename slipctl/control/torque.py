@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.theory.dynamic import Inertia
-from slipctl.tick import Array, TorqueCommand
+from slipctl.tick import Array, Start, TorqueCommand
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,16 @@ class TorqueDrive:
     inertia: Inertia
     torque_limit: Array
     speed_floor: Array
+
+    def start(self, start: Start) -> PushMemory:
+        """Return what the motors push at before the first tick: the planned μ₁, and what a slope takes.
+
+        Gravity pulls at the mass alone, and μ₁ counts per effective mass.
+        """
+        if start.uphill_acceleration is None:
+            return PushMemory(start.forward_acceleration)
+        share = self.inertia.mass / self.inertia.effective_mass
+        return PushMemory(start.forward_acceleration + start.uphill_acceleration * share)
 
     def command(
         self, acceleration: Array, jerk: Array, yaw_acceleration: Array, wheel_rate: Array, tick: float

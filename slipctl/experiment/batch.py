@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from slipctl.experiment import build
+from slipctl.experiment import assemble
 from slipctl.guarantee import verdict, with_guarantee
 from slipctl.metrics import measure
 from slipctl.recording import Recorder, signal_table, with_errors
@@ -56,24 +56,24 @@ class Run:
     signals: pa.Table
 
 
-def batches(worlds: Sequence[build.World], largest: int) -> Iterator[list[int]]:
+def batches(worlds: Sequence[assemble.World], largest: int) -> Iterator[list[int]]:
     """Yield indices of worlds that share a batch: consecutive, alike, at most `largest` of them."""
     batch: list[int] = []
     key: tuple = ()
     for index, world in enumerate(worlds):
-        if batch and (build.batch_key(world) != key or len(batch) == largest):
+        if batch and (assemble.batch_key(world) != key or len(batch) == largest):
             yield batch
             batch = []
-        key = build.batch_key(world)
+        key = assemble.batch_key(world)
         batch.append(index)
     if batch:
         yield batch
 
 
 def run_batch(
-    worlds: Sequence[build.World],
+    worlds: Sequence[assemble.World],
     indices: Sequence[int],
-    robot: build.RobotModel,
+    robot: assemble.RobotModel,
     threads: int,
     progress: Callable[[int], None],
 ) -> Iterator[list[Run]]:
@@ -84,17 +84,17 @@ def run_batch(
     members = [worlds[index] for index in indices]
     first = members[0].scenario
     tick, controllers = first.tick, first.controller
-    planned = build.references(members)
-    start = build.start(members, planned)
-    plant = build.plant(members, robot, threads)
+    planned = assemble.references(members)
+    start = assemble.start(members, planned)
+    plant = assemble.plant(members, robot, threads)
     rows = len(planned.position)
     for position, config in enumerate(controllers):
-        law = build.law(members, position, robot)
-        known = build.believed(members, position, robot.inertia).geometry
+        law = assemble.law(members, position, robot)
+        known = assemble.believed(members, position, robot.inertia).geometry
         sensor = (
             None
-            if build.sees_the_truth(worlds)
-            else build.sensor(members, known, rows, build.radius_ratio(known, robot.geometry))
+            if assemble.sees_the_truth(worlds)
+            else assemble.sensor(members, known, rows, assemble.radius_ratio(known, robot.geometry))
         )
         recorder = Recorder(rows, len(members))
         done_before = position * (rows - 1) * len(members)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl import scenario as files
-from slipctl.experiment import build, folder
+from slipctl.experiment import assemble, folder
 from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
 from slipctl.experiment.record import record_worlds, worlds_to_record
@@ -70,7 +70,7 @@ def run(
             out = Path(out)
             part = stack.enter_context(folder.unfinished(out, scenario.name))
         # the model is read before the first tick, so that a wrong one is refused before any work
-        robot = build.read_robot(scenario)
+        robot = assemble.read_robot(scenario)
         collector = Collector(part)
         try:
             _simulate(worlds, robot, threads, collector, tell)
@@ -107,17 +107,15 @@ def run(
 
 def _simulate(
     worlds: Sequence[files.World],
-    robot: build.RobotModel,
+    robot: assemble.RobotModel,
     threads: int | None,
     collector: Collector,
     tell: Progress,
 ) -> None:
-    steps = [build.tick_count(world.scenario) * len(world.scenario.controller) for world in worlds]
+    steps = [assemble.tick_count(world.scenario) * len(world.scenario.controller) for world in worlds]
     total, done = sum(steps), 0
-    largest = max(
-        1,
-        min(LARGEST_BATCH, ROWS_IN_MEMORY // (max(build.tick_count(world.scenario) for world in worlds) + 1)),
-    )
+    longest = max(assemble.tick_count(world.scenario) for world in worlds) + 1
+    largest = max(1, min(LARGEST_BATCH, ROWS_IN_MEMORY // longest))
     for indices in batches(worlds, largest):
         text = f"world {indices[0] + 1} to {indices[-1] + 1} of {len(worlds)}"
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slipctl import scenario as files
-from slipctl.experiment import build
+from slipctl.experiment import assemble
 from slipctl.study.runs import StudyRun, closed_loop, controller_tables, edited, medians, run_all
 from slipctl.study.sections import DYNAMIC, KINEMATIC, shortened
 from slipctl.theory.robust import chain_gains, largest_calm_tick, lyapunov_matrix
@@ -21,6 +21,9 @@ TICKS = (0.001, 0.005, 0.01, 0.02, 0.05)
 
 STIFF_POLE = -4.0
 """Pole of the retuned linear law [1/s]."""
+
+SEEDS = 20
+"""How many seeds of the noise."""
 
 NOISE = {
     "sensing.position_noise": 0.001,
@@ -118,8 +121,8 @@ def matched_start(scenario: files.Scenario) -> Start:
     by arg(1+σ); the yaw rate is less by what the slip turns.
     """
     worlds = files.worlds(scenario)
-    planned = build.references(worlds)
-    start = build.start(worlds, planned)
+    planned = assemble.references(worlds)
+    start = assemble.start(worlds, planned)
     slip = scenario.slip
     if slip is None or slip.kind != "proportional":
         raise ValueError("only proportional slip has a matched start")
@@ -165,7 +168,7 @@ def higher_gains(quick: bool) -> Rows:
                 for label, run in closed_loop(scenario, start=start).items()
             ]
         noisy = edited(scenario, NOISE)
-        for label, metrics in medians(noisy, range(1, 3 if quick else 21)).items():
+        for label, metrics in medians(noisy, range(1, (2 if quick else SEEDS) + 1)).items():
             numbers = {
                 "rms_mm": 1e3 * metrics["rms_position_error"],
                 "max_mm": 1e3 * metrics["max_position_error"],

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl import scenario as files
-from slipctl.experiment import Result, build, run
+from slipctl.experiment import Result, assemble, run
 from slipctl.sensing.odometry import OdometryPose, advance
 from slipctl.study.runs import edited
 from slipctl.theory.robot import WheelGeometry
@@ -83,7 +83,7 @@ def experiment_runs(
     import pyarrow as pa
 
     scenario = scenario or files.load(SCENARIO)
-    geometry = build.read_robot(scenario).geometry
+    geometry = assemble.read_robot(scenario).geometry
     rows: list[Row] = []
     for tick in ticks:
         varied = files.override(

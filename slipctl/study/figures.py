@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Sections = Mapping[str, Mapping[str, StudyRun]]
 TIME = "time t [s]"
-FRAME = 1.15
+FRAME = 1.1
 """Height over width of a frame that shows paths to scale."""
 
 
@@ -63,7 +63,7 @@ def paths(near_the_start: bool) -> Callable[[StudyRun, StudyRun], Figure]:
     """Return how to draw the desired path and both actual ones, and one end of them from near by."""
 
     def draw(nominal: StudyRun, robust: StudyRun) -> Figure:
-        figure, axes = style.new_figure(1, 2, 3.9)
+        figure, axes = style.new_figure(1, 2, 4.2)
         whole, near = axes[0]
         for plot in (whole, near):
             _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)

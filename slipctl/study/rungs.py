@@ -3,9 +3,13 @@
 `emergent`: the scenario's own ground makes the slip. `prescribed`: MuJoCo on grip, whose moving floor gives
 the slip that was measured there (or that the scenario prescribes). `analytic`: the kinematic model (29) with
 the same slip. A gap between a rung and `analytic` is taken apart by putting its causes into the kinematic
-model one after the other, each time in closed loop: first the wheels as they really turned (**servo**), then
-the slip as it really was at the ticks (**contact**), then what it was between the ticks (**tick**). With all
-three the model repeats the rung; what still differs is printed as `rest` and should be nothing.
+model one after the other, each time in closed loop: first the wheels as they really turned under their load
+(**servo**), then the slip as it really was at the ticks (**contact**), then what it was between the ticks
+(**tick**). With all three the model repeats the rung; what still differs is printed as `rest` and should be
+nothing.
+
+A torque drive has no wheel servo, and its law answers to accelerations that change within a tick: its rungs
+are compared with the dynamic model (31), and their gaps stay whole.
 """
 
 from __future__ import annotations
@@ -17,10 +21,13 @@ from typing import Any
 import numpy as np
 
 from slipctl import scenario as files
-from slipctl.experiment import build
-from slipctl.experiment.build.plant import slip_law
+from slipctl.experiment import assemble
+from slipctl.experiment.assemble.plant import slip_law
+from slipctl.experiment.assemble.robot import paper_inertia
+from slipctl.plants.dynamic_ode import DynamicOde
 from slipctl.plants.ode import KinematicOde
 from slipctl.scenario.problems import Problem
+from slipctl.simulate import Plant
 from slipctl.study.corrected import CorrectedOde, Differences, measure_differences
 from slipctl.study.runs import StudyRun, closed_loop, edited
 from slipctl.theory.slip import SeriesSlip, SlipLaw
@@ -45,7 +52,8 @@ class Rung:
     gap : float or None
         RMS distance of its path from that of `analytic` [m]; None for `analytic` itself.
     parts : dict of float
-        By name of `PARTS`: what each adds to the RMS position error, beginning at `analytic` [m].
+        By name of `PARTS`: what each adds to the RMS position error, beginning at `analytic` [m]; empty for
+        a torque drive.
     moved : dict of float
         By name of `PARTS`: RMS distance by which each moves the path [m].
     """
@@ -63,7 +71,7 @@ def study(scenario: files.Scenario, progress: Progress | None = None) -> dict[st
     Parameters
     ----------
     scenario : Scenario
-        Wheel-speed drive, true sensing, no sweep. With `[slip]` it has the two upper rungs only.
+        True sensing, no sweep. With `[slip]` it has the two upper rungs only.
     progress : callable, optional
 
     Returns
@@ -106,15 +114,12 @@ def study(scenario: files.Scenario, progress: Progress | None = None) -> dict[st
 
 def _refuse(scenario: files.Scenario) -> None:
     problems = []
-    if scenario.robot.drive != "wheel_speed":
-        allowed = '"wheel_speed": the parts of a gap are those of a wheel servo'
-        problems.append(Problem("robot.drive", f'"{scenario.robot.drive}"', allowed))
     if scenario.sweep:
         problems.append(Problem("sweep", "a grid", "no sweep: the rungs compare one world"))
     if scenario.plant.kind != "mujoco" and scenario.slip is None:
         problems.append(Problem("plant.kind", f'"{scenario.plant.kind}"', '"mujoco", or a [slip] table'))
     dumped = scenario.sensing.model_dump()
-    if any(dumped[name] != "true" for name in ("pose", "velocity")):
+    if any(dumped[name] != "true" for name in ("pose", "velocity", "acceleration")):
         problems.append(Problem("sensing", "sensors", "true values: noise would hide the gaps"))
     if problems:
         raise files.ScenarioError(scenario.name, problems)
@@ -133,19 +138,26 @@ def _timestep(scenario: files.Scenario) -> float:
 def _climb(scenario: files.Scenario, label: str) -> list[Rung]:
     """Return the rungs of one law, the most real one first."""
     worlds = files.worlds(scenario)
-    geometry = build.read_robot(scenario).geometry
-    start = build.start(worlds, build.references(worlds))
     law = slip_law(worlds)
     below: list[tuple[str, StudyRun]] = []
     if law is None:
         emergent = closed_loop(scenario, only=label)[label]
         law = _series(emergent)
         below.append(("emergent", emergent))
-    prescribed = closed_loop(scenario, only=label, plant=_moving_floor(scenario, law))[label]
-    below.append(("prescribed", prescribed))
-
-    ode = KinematicOde(geometry, law, np.array([scenario.plant.arena]))
+        floor = _moving_floor(scenario, law)
+        below.append(("prescribed", closed_loop(scenario, only=label, plant=floor)[label]))
+    else:
+        values = {"plant.kind": "mujoco", "plant.timestep": _timestep(scenario)}
+        below.append(("prescribed", closed_loop(edited(scenario, values), only=label)[label]))
+    robot = assemble.read_robot(scenario)
+    arena = np.array([scenario.plant.arena])
+    if scenario.robot.drive == "wheel_torque":
+        model = DynamicOde(paper_inertia(robot.inertia), law, arena)
+        rungs, analytic = _torque_rungs(scenario, label, model, below)
+        return [*rungs, Rung("analytic", analytic, None, {}, {})]
+    ode = KinematicOde(robot.geometry, law, arena)
     analytic = closed_loop(scenario, only=label, plant=ode)[label]
+    start = assemble.start(worlds, assemble.references(worlds))
 
     def with_differences(differences: Differences) -> StudyRun:
         plant = CorrectedOde(ode, differences, scenario.tick)
@@ -155,6 +167,23 @@ def _climb(scenario: files.Scenario, label: str) -> list[Rung]:
         _taken_apart(name, run, analytic, ode, start, scenario.tick, with_differences) for name, run in below
     ]
     return [*rungs, Rung("analytic", analytic, None, {}, {})]
+
+
+def _torque_rungs(
+    scenario: files.Scenario, label: str, model: DynamicOde, below: list[tuple[str, StudyRun]]
+) -> tuple[list[Rung], StudyRun]:
+    """Return the rungs of a torque drive, whose gaps stay whole, and the run of the model (31)."""
+    # the model's wheels have neither inertia nor friction to make up for
+    plain = scenario
+    if scenario.plant.kind == "mujoco":
+        plain = edited(scenario, {"robot.compensate_wheels": False})
+    analytic = closed_loop(plain, only=label, plant=model)[label]
+    rungs = []
+    for name, run in below:
+        rows = min(len(run["time"]), len(analytic["time"]))
+        paths = [each.pair("motion.position")[:rows] for each in (run, analytic)]
+        rungs.append(Rung(name, run, _rms(_distance(*paths)), {}, {}))
+    return rungs, analytic
 
 
 def _taken_apart(
@@ -188,19 +217,17 @@ def _taken_apart(
     )
 
 
-def _moving_floor(scenario: files.Scenario, law: SlipLaw) -> Any:
-    """Return MuJoCo with prescribed slip: the scenario's own floor, or grip where it had slip of its own."""
+def _moving_floor(scenario: files.Scenario, law: SlipLaw) -> Plant:
+    """Return MuJoCo on flat grip, whose surface moves as `law` says."""
     from slipctl.plants.ground import Ground
     from slipctl.plants.mujoco import MujocoPlant
 
-    if scenario.plant.kind == "mujoco" and scenario.slip is not None:
-        worlds = files.worlds(scenario)
-        return build.plant(worlds, build.read_robot(scenario), 1)
     return MujocoPlant.build(
         model=scenario.robot.model,
         ground=Ground.flat(GRIP),
         slip_law=law,
         timestep=_timestep(scenario),
+        speed_drive=scenario.robot.drive == "wheel_speed",
         torque_limit=scenario.robot.torque_limit,
         arena=scenario.plant.arena,
     )

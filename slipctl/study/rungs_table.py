@@ -31,10 +31,15 @@ def table(result: dict[str, Any]) -> list[str]:
     notes = [
         "",
         "gap: RMS distance between the paths of this rung and of the analytic one.",
-        "servo, contact, tick, rest: what each adds to the RMS error, from the analytic rung to this one.",
+        "servo, contact, tick, rest: what each adds to the RMS error, from the analytic rung to this one"
+        + ("." if _has_parts(result) else "; not told for a torque drive."),
         *(sentence for law in result["controllers"] for sentence in _sentences(result, law)),
     ]
     return [heading, *lines, *notes]
+
+
+def _has_parts(result: dict[str, Any]) -> bool:
+    return any(rung["parts"] for law in result["controllers"] for rung in law["rungs"])
 
 
 def _row(label: str, rung: dict[str, Any]) -> tuple[str, ...]:
@@ -42,13 +47,18 @@ def _row(label: str, rung: dict[str, Any]) -> tuple[str, ...]:
         _mm(rung[name]) for name in ("rms_position_error", "max_position_error", "final_position_error")
     )
     parts = rung["parts"]
-    signed = (f"{1e3 * parts[name]:+.3f}" if parts else "" for name in ("servo", "contact", "tick", "rest"))
+    signed = (_signed(parts[name]) if parts else "" for name in ("servo", "contact", "tick", "rest"))
     status = "" if rung["status"] == "completed" else f" ({rung['status']})"
     return (label, rung["rung"] + status, *errors, _mm(rung["gap"]), *signed)
 
 
 def _mm(value: float | None) -> str:
     return "" if value is None else f"{1e3 * value:.3f}"
+
+
+def _signed(value: float) -> str:
+    text = f"{1e3 * value:+.3f}"
+    return "0.000" if text in ("+0.000", "-0.000") else text
 
 
 def _sentences(result: dict[str, Any], law: dict[str, Any]) -> list[str]:
@@ -58,13 +68,12 @@ def _sentences(result: dict[str, Any], law: dict[str, Any]) -> list[str]:
         if not moved:
             continue
         name = max(moved, key=moved.__getitem__)
-        line = f"{law['controller']}, {rung['rung']}: the {name} moves the path most"
-        line += f", by {1e3 * moved[name]:.3f} mm"
+        line = (
+            f"{law['controller']}, {rung['rung']}: the {name} moves the path most, by {_mm(moved[name])} mm"
+        )
         if law["rungs_at_half_the_tick"]:
             half = law["rungs_at_half_the_tick"][index]["moved"]["tick"]
-            line += (
-                f"; the tick by {1e3 * moved['tick']:.3f} mm at {1e3 * result['tick']:g} ms"
-                f" and by {1e3 * half:.3f} mm at half of it"
-            )
+            own = "" if name == "tick" else f"the tick by {_mm(moved['tick'])} mm, "
+            line += f"; {own}at half of {1e3 * result['tick']:g} ms by {_mm(half)} mm"
         lines.append(line)
     return lines

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipctl import scenario as files
-from slipctl.experiment import build, run
+from slipctl.experiment import assemble, run
 from slipctl.experiment.batch import STATUS_NAMES
 from slipctl.metrics import UNITS, measure
 from slipctl.recording import Columns, Recorder, with_errors
@@ -128,21 +128,21 @@ def closed_loop(
         By label; without the columns of the guarantee.
     """
     worlds = files.worlds(scenario)
-    robot = build.read_robot(scenario)
-    planned = build.references(worlds)
+    robot = assemble.read_robot(scenario)
+    planned = assemble.references(worlds)
     rows = len(planned.position)
-    sensor = None if build.sees_the_truth(worlds) else build.sensor(worlds, robot.geometry, rows)
+    sensor = None if assemble.sees_the_truth(worlds) else assemble.sensor(worlds, robot.geometry, rows)
     runs = {}
     for index, config in enumerate(scenario.controller):
         if only is not None and config.label != only:
             continue
-        law = build.law(worlds, index, robot)
+        law = assemble.law(worlds, index, robot)
         recorder = Recorder(rows, 1)
         ending = simulate(
-            plant or build.plant(worlds, robot, 1),
+            plant or assemble.plant(worlds, robot, 1),
             law.controller,
             planned,
-            start or build.start(worlds, planned),
+            start or assemble.start(worlds, planned),
             scenario.tick,
             recorder.write,
             sensor=sensor,

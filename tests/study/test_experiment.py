@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 
 from slipctl import scenario as files
-from slipctl.experiment import build, run
+from slipctl.experiment import assemble, run
 from slipctl.study.experiment import bootstrap, comparison, experiment_runs, fix_errors, summary
 from slipctl.study.experiment_table import text_lines
 
@@ -91,7 +91,7 @@ def test_fixes_remove_what_the_wheels_missed() -> None:
     scenario = short()
     result = run(scenario)
     signals = result.run_signals(0)
-    fixes = fix_errors(signals, build.read_robot(scenario).geometry)
+    fixes = fix_errors(signals, assemble.read_robot(scenario).geometry)
     time = signals["time"].to_numpy()
     x = signals["motion.position.x"].to_numpy()
     rows = np.searchsorted(time, fixes["time"] - 1e-9)

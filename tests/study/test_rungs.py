@@ -8,10 +8,11 @@ import pytest
 
 from slipctl import scenario as files
 from slipctl.cli import main
-from slipctl.experiment import build
+from slipctl.experiment import assemble
 from slipctl.plants.ode import KinematicOde
 from slipctl.study import rungs
 from slipctl.study.corrected import CorrectedOde, measure_differences
+from slipctl.study.rungs_table import table
 from slipctl.study.runs import closed_loop, edited
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.slip import ProportionalSlip
@@ -92,7 +93,7 @@ def test_the_difference_of_two_slip_laws_is_found_and_put_in():
     scenario, assumed = short("paper-kinematic", tick=0.01), ode(0.1)
     run = closed_loop(scenario, only=LAW, plant=ode(0.3))[LAW]
     worlds = files.worlds(scenario)
-    start = build.start(worlds, build.references(worlds))
+    start = assemble.start(worlds, assemble.references(worlds))
     found = measure_differences(run.columns, assumed, start, 0.01)
     speed = run["motion.forward_speed"]
     expected = 0.2 * speed[:, None] * np.array([1.0, -0.5, 2.0])
@@ -114,7 +115,6 @@ def test_the_difference_of_two_slip_laws_is_found_and_put_in():
     ("scenario", "key"),
     [
         ("friction-sweep", "sweep"),
-        ("paper-dynamic", "robot.drive"),
         ("paper-experiment", "sensing"),
     ],
 )
@@ -123,6 +123,18 @@ def test_what_has_no_rungs_is_refused(scenario, key, capsys):
     out, err = capsys.readouterr()
     assert out == ""
     assert f"{scenario}: {key}: found" in err
+
+
+@pytest.mark.parametrize("name", ["belt-torque", "paper-dynamic"])
+def test_a_torque_drive_has_its_gaps_whole(name):
+    result = rungs.study(short(name, 0.3, tick=0.004))
+    for law in result["controllers"]:
+        prescribed, analytic = law["rungs"]
+        assert (prescribed["rung"], analytic["rung"]) == ("prescribed", "analytic")
+        assert 1e-8 < prescribed["gap"] < 1e-4
+        assert prescribed["parts"] == {}
+    lines = table(result)
+    assert "not told for a torque drive" in "\n".join(lines)
 
 
 def test_an_ode_without_slip_has_no_rungs():

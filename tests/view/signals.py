@@ -70,6 +70,14 @@ def signals(
     arrays["decision.weighted_error.x"] = (pa.array(error) if robust else nothing, "1")
     arrays["decision.saturated"] = (pa.array((t > 0.4 * duration) & (t < 0.45 * duration)), "")
     arrays["guarantee.held"] = (pa.array(t < 0.9 * duration) if robust else unknown, "")
+    held = t < 0.9 * duration
+    for name in ("speed_above_floor", "slip_bounded", "yaw_slip_bounded", "feedback_exact", "calm"):
+        arrays[f"guarantee.{name}"] = (pa.array(held | True) if robust else unknown, "")
+    for name in ("uncertainty_covered", "lyapunov_falls"):
+        arrays[f"guarantee.{name}"] = (pa.array(held) if robust else unknown, "")
+    arrays["guarantee.alarm"] = (pa.array(bump > 0.3) if robust else unknown, "")
+    for name in ("weighted_error", "lyapunov", "monitored_slip"):
+        arrays[f"guarantee.{name}"] = (pa.array(error) if robust else nothing, "1")
     arrays = {"run": (pa.array(np.full(len(t), run, np.int32)), ""), "time": (pa.array(t), "s"), **arrays}
     fields = [
         pa.field(name, array.type, metadata={"unit": unit} if unit else None)

@@ -10,11 +10,12 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from slipctl.view import RunInfo, recording_id, world_slug
+from slipctl.view import RunInfo, Theorem, recording_id, world_slug
 from slipctl.view.colours import NOMINAL, OTHERS, ROBUST, run_colours
 from slipctl.view.content import application_id, recording_name, short_labels
 from slipctl.view.events import MOST, episodes, events
-from slipctl.view.framing import axis_range, scene_box
+from slipctl.view.framing import axis_range, from_zero, scene_box
+from slipctl.view.theorem import quantities
 from slipctl.view.tracks import Track, kept, nice, read_tracks, stride
 from tests.view.signals import signals
 
@@ -121,11 +122,70 @@ def test_events_tell_the_story_in_order() -> None:
     for words in ("slip onset: ratio above 5%", "left wheel slides for", "right wheel slides for"):
         assert text.count(words) == 1
     assert "command saturated for 0.18 s" in text
-    assert "a hypothesis of the guarantee does not hold for 0.40 s" in text
+    assert "guarantee not held for 0.40 s: uncertainty covered by ρ" in text
     assert (found[-1].time, found[-1].level, found[-1].text) == (4.0, "ERROR", "robust: ended: tipped")
     slides = next(event for event in found if "left wheel" in event.text)
     column = signals(1)["wheel.sliding.left"].to_pylist()
     assert slides.time == pytest.approx(column.index(True) * 0.01)
+
+
+def test_violation_and_alarm_are_events_with_a_time() -> None:
+    told = {
+        "first_violation": "uncertainty_covered",
+        "first_violation_time": 3.6,
+        "first_violation_excess": 0.275,
+    }
+    found = events(track(signals(1), guarantee=told))
+    first = next(event for event in found if "violated first" in event.text)
+    assert (first.time, first.level) == (3.6, "WARN")
+    assert first.text == "robust: guarantee violated first: uncertainty covered by ρ, at 3.60 s, by 28 %"
+    alarms = [event for event in found if "slip alarm" in event.text]
+    alarm = signals(1)["guarantee.alarm"].to_pylist()
+    assert [event.time for event in alarms] == [pytest.approx(alarm.index(True) * 0.01)]
+    assert alarms[0].level == "ERROR"
+
+
+def test_amounts_start_at_zero_and_leave_room_above() -> None:
+    time = np.linspace(0, 1, 11)
+    assert from_zero([(time, 3 * time), (time, time)]) == pytest.approx((0.0, 4.2))
+    assert from_zero([(time, 0.05 * time)]) == pytest.approx((0.0, 0.105))
+    assert from_zero([(time, 0 * time)]) is None
+    assert from_zero([(time, np.full(11, np.nan))]) is None
+
+
+def test_what_is_drawn_is_what_the_bound_is_on() -> None:
+    table = signals(1)
+
+    def drawn(uncertainty: str, **fields: float) -> dict[str, np.ndarray]:
+        theorem = Theorem(uncertainty, 0.3, 0.05, **fields)
+        return {path: values for path, _, values in quantities(track(table, theorem=theorem))}
+
+    along, across = (np.abs(table[f"slip.{name}"].to_numpy()) for name in ("longitudinal", "lateral"))
+    speed = np.abs(table["motion.forward_speed"].to_numpy())
+    assert np.array_equal(drawn("independent")["guarantee.size.v_t"], along)
+    assert np.array_equal(drawn("independent")["guarantee.bound.slip"], 0.3 * speed)
+    assert np.array_equal(drawn("independent")["guarantee.bound.w_s"], 0.3 * speed)
+    assert np.allclose(drawn("paper")["guarantee.size.slip"], (along + across) / 2)
+    assert np.allclose(drawn("slip_ratio")["guarantee.size.slip"], np.hypot(along, across) / np.sqrt(2))
+    general = drawn("general", yaw_slip_bound=0.7, lateral_slip_bound=0.02)
+    assert set(general["guarantee.bound.w_s"]) == {0.7}
+    assert set(general["guarantee.bound.v_s"]) == {0.02}
+    assert np.array_equal(general["guarantee.size.v_s"], across)
+    assert quantities(track(table)) == []
+
+
+def test_bounds_are_drawn_from_the_end_of_the_transient_and_only_where_promised() -> None:
+    theorem = Theorem("independent", 0.3, 0.05)
+    told = {"settling_time": 2.0, "lyapunov_level": 0.1, "error_bound": 0.03}
+    found = {
+        path: values for path, _, values in quantities(track(signals(1), theorem=theorem, guarantee=told))
+    }
+    for path, value in (("guarantee.bound.error", 0.03), ("guarantee.bound.level", 0.1)):
+        assert np.isnan(found[path][:200]).all()
+        assert set(found[path][200:]) == {value}
+    told["error_bound"] = None
+    found = {path for path, _, _ in quantities(track(signals(1), theorem=theorem, guarantee=told))}
+    assert not found & {"guarantee.bound.error", "guarantee.bound.level"}
 
 
 def test_names_in_the_viewer_begin_with_what_differs() -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipctl.control.believing import BelievingLaw
-from slipctl.experiment.build.stack import World, gather
+from slipctl.experiment.assemble.stack import World, gather
 from slipctl.simulate import Controller
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.robot import WheelGeometry

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from slipctl.experiment.build.stack import World, gather, tick_count
+from slipctl.experiment.assemble.stack import World, gather, tick_count
 from slipctl.theory import reference as plans
 from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.robot import GRAVITY
@@ -89,8 +89,15 @@ def start(worlds: Sequence[World], planned: Reference) -> Start:
         axis=-1,
     )
     heading = heading + np.radians(gather(worlds, lambda scenario: scenario.start.heading_offset_deg))
-    # torque motors that hold a robot on a slope already push against what gravity asks for
     slope = np.radians(gather(worlds, lambda scenario: scenario.ground.slope_deg))
     downhill = np.radians(gather(worlds, lambda scenario: scenario.ground.downhill_deg))
-    push = push * moving - GRAVITY * np.sin(slope) * np.cos(heading - downhill)
-    return Start(planned.position[0] + offset, heading, speed * moving, turn * moving, push, path_speed)
+    uphill = -GRAVITY * np.sin(slope) * np.cos(heading - downhill)
+    return Start(
+        planned.position[0] + offset,
+        heading,
+        speed * moving,
+        turn * moving,
+        push * moving,
+        path_speed,
+        uphill,
+    )

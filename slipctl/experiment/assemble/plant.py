@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipctl.experiment.build.robot import RobotModel, paper_inertia
-from slipctl.experiment.build.stack import World, gather
+from slipctl.experiment.assemble.robot import RobotModel, paper_inertia
+from slipctl.experiment.assemble.stack import World, gather
 from slipctl.simulate import Plant
-from slipctl.theory.slip import NoSlip, ProportionalSlip, SinusoidalSlip, SlipLaw
+from slipctl.theory.slip import NoSlip, ProportionalSlip, SeriesSlip, SinusoidalSlip, SlipLaw
 from slipctl.tick import Array
 
 
@@ -22,6 +22,15 @@ def slip_law(worlds: Sequence[World]) -> SlipLaw | None:
     def each(name: str) -> Array:
         return gather(worlds, lambda scenario: getattr(scenario.slip, name))
 
+    if worlds[0].scenario.slip.kind == "series":
+        series = worlds[0].scenario.slip.series  # a file's name cannot be swept: all worlds share it
+        shape = (len(worlds), len(series.time))
+        return SeriesSlip(
+            series.time,
+            np.broadcast_to(series.longitudinal, shape),
+            np.broadcast_to(series.lateral, shape),
+            np.broadcast_to(series.yaw, shape),
+        )
     if worlds[0].scenario.slip.kind == "proportional":
         return ProportionalSlip(each("longitudinal"), each("lateral"), each("yaw"))
     return SinusoidalSlip(each("longitudinal"), each("lateral"), each("yaw"), each("period"))

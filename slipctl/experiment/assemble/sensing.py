@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipctl.experiment.build.stack import World, gather
+from slipctl.experiment.assemble.stack import World, gather
 from slipctl.sensing.sensor import MotionSensor
 from slipctl.sensing.settings import CameraSettings, Delays, Noise, Sensing
 from slipctl.theory.robot import WheelGeometry

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from slipctl.control.robust_dynamic import RobustDynamic
 from slipctl.control.robust_kinematic import RobustKinematic
 from slipctl.control.time_scaled import KinematicLaw, TimeScaledLaw
 from slipctl.control.torque import TorqueDrive
-from slipctl.experiment.build.beliefs import believed, misled
-from slipctl.experiment.build.robot import RobotModel, paper_inertia
-from slipctl.experiment.build.stack import World, gather
+from slipctl.experiment.assemble.beliefs import believed, misled
+from slipctl.experiment.assemble.robot import RobotModel, paper_inertia
+from slipctl.experiment.assemble.stack import World, gather
 from slipctl.guarantee import Hypotheses
 from slipctl.simulate import Controller
 from slipctl.theory.dynamic import Inertia
@@ -99,7 +99,7 @@ def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
 
     first = worlds[0].scenario.controller[index]
     drive = TorqueDrive(
-        inertia=known if compensates(worlds) else paper_inertia(known),
+        inertia=_wheels_known(worlds, known) if compensates(worlds) else paper_inertia(known),
         torque_limit=gather(worlds, lambda scenario: scenario.robot.torque_limit),
         speed_floor=each("speed_floor"),
     )
@@ -142,6 +142,20 @@ GENERAL_KEYS = (
     "coupling_bound",
 )
 """In the order of `GeneralDynamicBound`."""
+
+
+def _wheels_known(worlds: Sequence[World], known: Inertia) -> Inertia:
+    """Return what the law compensates: the model's wheel inertia and joint friction, or what the file says."""
+    robot = worlds[0].scenario.robot
+
+    def told(name: str) -> Array:
+        return gather(worlds, lambda scenario: getattr(scenario.robot, name))
+
+    return replace(
+        known,
+        wheel_inertia=known.wheel_inertia if robot.wheel_inertia is None else told("wheel_inertia"),
+        joint_friction=known.joint_friction if robot.joint_friction is None else told("joint_friction"),
+    )
 
 
 def compensates(worlds: Sequence[World]) -> bool:
