@@ -104,7 +104,7 @@ def _guarantee(track: Track) -> list[Event]:
         found.append(Event(time, "WARN", f"guarantee {violation(told)}"))
     for start, end in episodes(track.time, track.values("guarantee.held") == 0):
         which = violations(track, int(np.searchsorted(track.time, start)))
-        text = f"a hypothesis of the guarantee does not hold{_for(start, end)}"
+        text = f"guarantee not held{_for(start, end)}"
         found.append(Event(start, "INFO", f"{text}: {which}" if which else text))
     if track.has("guarantee.alarm"):
         seen = track.values("guarantee.monitored_slip")

@@ -41,6 +41,20 @@ def axis_range(series: Sequence[tuple[Array, Array]]) -> tuple[float, float] | N
     return low - (0.4 if low < 0 else 0.05) * span, high + (0.4 if high > 0 else 0.05) * span
 
 
+def from_zero(series: Sequence[tuple[Array, Array]]) -> tuple[float, float] | None:
+    """Return the range of an axis for amounts: from 0 to well above the largest; None where all are 0.
+
+    The viewer writes numbers at steps of 1, 10, 100 … where there is room for them: beyond half a power of
+    ten the axis goes on to the next, so that it does not end up with a 0 alone.
+    """
+    tops = [float(np.nanmax(values)) for _, values in series if np.isfinite(values).any()]
+    top = 1.4 * max(tops, default=0.0)
+    if not np.isfinite(top) or top <= 0.0:
+        return None
+    power = 10.0 ** np.floor(np.log10(top))
+    return 0.0, top if top <= 5.0 * power else 10.5 * power
+
+
 def scene_box(tracks: Sequence[Track]) -> tuple[Array, Array]:
     """Return lower and upper corner (2,) [m] of what the scene should show.
 

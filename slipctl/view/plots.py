@@ -90,6 +90,10 @@ def log_series(rec: rr.RecordingStream, root: str, track: Track, colour: Rgb, or
 
 def series_name(label: str, column: str, unit: str) -> str:
     """Return the name in the legend: label, column, unit; a group that says nothing new is left out."""
+    if column.startswith("guarantee.bound."):
+        column = "error.bound"
+    if column.startswith("guarantee.size."):
+        column = f"error.|{column.rpartition('.')[2]}|"
     group, _, rest = column.partition(".")
     column = rest if group in ("error", "wheel", "decision", "guarantee") else column
     return f"{label} {column} [{unit}]" if unit not in ("", "1") else f"{label} {column}"

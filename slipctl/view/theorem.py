@@ -45,7 +45,8 @@ def slip_title(theorem: Theorem) -> str:
 def quantities(track: Track) -> list[tuple[str, str, Array]]:
     """Return path, unit and values (T,) of what only the pictures of the theorem show.
 
-    Bounds on the error count from the end of the transient; before it they are NaN.
+    What is promised counts from the end of the transient; before it there is NaN, and no series at all where
+    hypotheses were violated after it.
     """
     theorem, told = track.info.theorem, track.info.guarantee
     if theorem is None or not track.has("guarantee.lyapunov"):
@@ -71,16 +72,11 @@ def quantities(track: Track) -> list[tuple[str, str, Array]]:
     found.append(("guarantee.size.w_s", "rad/s", np.abs(track.values("slip.yaw"))))
     found.append(("guarantee.bound.layer", "1", np.full_like(speed, theorem.boundary_layer)))
     settled = told.get("settling_time")
-    if isinstance(settled, float):
+    if isinstance(settled, float) and told.get("error_bound") is not None:
         later = track.time >= settled - 1e-9
-        smallest = [
-            value
-            for name, value in told.items()
-            if name.startswith("error_bound_") and name != "error_bound_share" and isinstance(value, float)
-        ]
         for path, unit, value in (
             ("guarantee.bound.level", "1", told.get("lyapunov_level")),
-            ("guarantee.bound.error", "m", min(smallest, default=None)),
+            ("guarantee.bound.error", "m", told["error_bound"]),
         ):
             if isinstance(value, float):
                 found.append((path, unit, np.where(later, value, np.nan)))
@@ -135,14 +131,16 @@ def _details(track: Track) -> list[str]:
         )
         if isinstance(value := told.get(name), float)
     ]
-    if bounds:
+    if bounds and told.get("error_bound") is not None:
         parts.append(
             f"bounds on the position error from {told['settling_time']:.1f} s on: {', '.join(bounds)}; "
             f"reached {millimetres(float(told['settled_error'] or 0.0))}"
         )
-    calm = told.get("calm_tick")
-    if isinstance(calm, float):
-        parts.append(f"a tick above {1e3 * calm:.3g} ms would have let the boundary layer chatter")
+    calm, share = told.get("calm_tick"), told.get("calm_fraction")
+    if isinstance(share, float) and share < 1.0:
+        parts.append(f"the tick is below the chatter threshold {percent(share)} of the time")
+    elif isinstance(calm, float):
+        parts.append(f"ticks up to {1e3 * calm:.3g} ms would have stayed below the chatter threshold")
     alarm = told.get("alarm_time")
     parts.append("the slip monitor stayed quiet" if alarm is None else f"slip alarm at {alarm:.2f} s")
     return parts

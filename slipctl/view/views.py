@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun.blueprint as rrb
 
-from slipctl.view.framing import axis_range
+from slipctl.view.framing import axis_range, from_zero
 from slipctl.view.plots import derived, entity
 from slipctl.view.tracks import Track
 
@@ -28,6 +28,7 @@ class Plots:
         only: str | None = None,
         first: Sequence[str] = (),
         settled: bool = False,
+        headroom: bool = False,
     ) -> rrb.TimeSeriesView | None:
         """Return one view, or None where no run has any of its columns.
 
@@ -41,6 +42,8 @@ class Plots:
             Columns shown once, from the run that lasted longest.
         settled : bool
             Whether a first transient that dwarfs the rest is left out of the axis (and the name says so).
+        headroom : bool
+            Whether the axis starts at 0 and leaves room above, so that no bound lies under the legend.
         """
         longest = max(self._tracks, key=lambda track: track.time[-1])
         wanted = [(longest, column) for column in first]
@@ -53,15 +56,18 @@ class Plots:
         present = [(track, column) for track, column in wanted if self._values(track, column) is not None]
         if not present:
             return None
-        limits = None
-        if settled:
-            pairs = [(track.time, self._values(track, column)) for track, column in present]
-            limits = axis_range([(time, values) for time, values in pairs if values is not None])
+        pairs = [(track.time, self._values(track, column)) for track, column in present]
+        series = [(time, values) for time, values in pairs if values is not None]
+        limits = axis_range(series) if settled else None
+        shown = limits
+        if headroom:
+            # an axis without the transient ends where it ends; then only the lower end is wanted
+            shown = (0.0, limits[1]) if limits else from_zero(series)
         return rrb.TimeSeriesView(
             contents=[f"+ {entity(self._roots[track.info.label], column)}" for track, column in present],
             name=name + (" · axis without the first transient" if limits else ""),
             axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-            axis_y=rrb.ScalarAxis(range=limits) if limits else None,
+            axis_y=rrb.ScalarAxis(range=shown) if shown else None,
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
         )
 
