@@ -204,11 +204,11 @@ def _higher_gains(numbers: Numbers) -> list[str]:
         {mm(low["bound_mm"])} mm at pole {number(low["pole"])} 1/s{seen}, {mm(high["bound_mm"])} mm at
         pole {number(high["pole"])} 1/s."""),
         *prose(f"""So the robust law has to be held against a linear law with poles {number(STIFF_POLE)}
-        1/s, at the same tick, start and noise ({noise}; medians over {SEEDS} seeds; `paper` ρ). Of {len(groups)}
-        comparisons the linear law has the smaller RMS error in {lower("rms_mm")}, the smaller largest
-        error in {lower("max_mm")} and the smaller command variation in {lower("variation")}. Inside its
-        boundary layer the robust law *is* a linear law with gains scheduled by ρ. What it has beyond that
-        is its answer to the large error at the start."""),
+        1/s, at the same tick, start and noise ({noise}; medians over {SEEDS} seeds; `paper` ρ). Of
+        {len(groups)} comparisons the linear law has the smaller RMS error in {lower("rms_mm")}, the
+        smaller largest error in {lower("max_mm")} and the smaller command variation in
+        {lower("variation")}. Inside its boundary layer the robust law *is* a linear law with gains
+        scheduled by ρ. What it has beyond that is its answer to the large error at the start."""),
         *_tabled(rows, columns),
         "",
     ]

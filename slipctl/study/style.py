@@ -25,7 +25,7 @@ FOURTH = "#CC79A7"
 WIDTH = 6.4
 """Width of every figure [in]."""
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "svg.hashsalt": "slipctl",  # names inside an SVG are random without it
     "svg.fonttype": "path",
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
