@@ -162,8 +162,11 @@ def _check(page_file: Path) -> None:
         raise OutputError(f"{page_file} is a folder; name a file with --page")
     try:
         (page_file.parent / FIGURES).mkdir(parents=True, exist_ok=True)
+        existed = page_file.exists()
         with page_file.open("a", encoding="utf-8"):
             pass
+        if not existed:
+            page_file.unlink()  # an interrupted study leaves no empty page
     except OSError as error:
         raise OutputError(
             f"cannot write the page {page_file}: {error.strerror or error}; name another with --page"

@@ -127,6 +127,17 @@ def test_what_cannot_be_written_is_said_before_anything_runs(option, tmp_path, c
     assert not list(tmp_path.glob("study-paper*"))
 
 
+def test_an_interrupted_study_leaves_nothing(tmp_path, capsys, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slipctl.study.paper._run", interrupt)
+    page_file = tmp_path / "docs" / "page.md"
+    assert main(["study", "paper", "--out", str(tmp_path / "runs"), "--page", str(page_file)]) == 130
+    assert "nothing was written" in capsys.readouterr().err
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
 def test_a_page_that_is_a_folder_is_refused(tmp_path, capsys):
     assert main(["study", "paper", "--out", str(tmp_path), "--page", str(tmp_path)]) == 2
     assert "is a folder" in capsys.readouterr().err
