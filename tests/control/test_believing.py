@@ -21,7 +21,8 @@ def limits(geometry):
 
 def misled(radius=1.0, track_width=1.0):
     """Return a law that believes in scaled lengths, and what it believes."""
-    believed = WheelGeometry(full(1, radius * TRUE.wheel_radius), full(1, track_width * TRUE.half_track))
+    one = np.ones(1)
+    believed = WheelGeometry(one * (radius * TRUE.wheel_radius), one * (track_width * TRUE.half_track))
     return BelievingLaw(nominal_law(full(1, -0.5), limits(believed)), believed, TRUE), believed
 
 

@@ -141,7 +141,7 @@ def test_a_limit_is_one_of_the_real_speed_and_does_not_wind_up():
     assert 0.02 < saturated.mean() < 0.9
     rate_after = run.stack("reference", "path_time", "rate_after")[:-1, 0]
     next_speed = run.stack("decision", "trace", "path_speed")[1:, 0]
-    met = saturated[:-1] & (next_speed > 0.05)
+    met = np.logical_and(saturated[:-1], next_speed > 0.05)
     np.testing.assert_allclose(next_speed[met] * rate_after[met], commanded[:-1][met], rtol=1e-12)
     assert met.sum() > 20
 
@@ -154,6 +154,7 @@ def test_turn_and_speed_of_one_tick_by_hand():
     start = resting(references)
     reference = references.row(1000)
     path = reference.path_time
+    assert path is not None
     memory = replace(controller.start(start), law=SpeedMemory(full(1, 0.1)))
     rate = path.rate[0]
     nothing = np.full(1, np.nan)
@@ -169,6 +170,7 @@ def test_turn_and_speed_of_one_tick_by_hand():
     assert decision.memory.law.forward_speed[0] == pytest.approx(own, rel=1e-12)
     assert decision.command.forward_speed[0] == pytest.approx(own * path.rate_after[0], rel=1e-12)
     assert decision.command.yaw_rate[0] * 0.01 == pytest.approx(wanted[0, 1] / 0.1 * passed, rel=1e-12)
+    assert decision.trace.path_velocity is not None
     np.testing.assert_allclose(decision.trace.path_velocity, [[0.1, 0.02]], rtol=1e-12)
 
 

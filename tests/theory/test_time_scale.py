@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slipctl.theory.time_scale import LEAST_RATE, TimeScaled, path_velocity, smooth_step
+from slipctl.tick import PathTime, Reference
 from tests.builders import full, table_one
 
 TICK = 0.05
@@ -14,6 +15,11 @@ TOTAL, DURATION = 20.0, 30.0
 
 def plan(worlds=1, tick=TICK):
     return TimeScaled(table_one(worlds), full(worlds, TOTAL), full(worlds, DURATION), tick)
+
+
+def path_time(reference: Reference) -> PathTime:
+    assert reference.path_time is not None
+    return reference.path_time
 
 
 def test_the_clock_rests_at_both_ends_and_never_goes_back():
@@ -54,7 +60,7 @@ def test_the_plan_s_derivatives_are_derivatives_by_real_time():
 def test_the_path_is_that_of_its_own_time_and_stops_at_the_goal():
     times = np.arange(0.0, DURATION + 2.0, TICK)
     scaled = plan().at(times)
-    path = scaled.path_time
+    path = path_time(scaled)
     own = table_one().at(path.elapsed[0])
     np.testing.assert_array_equal(scaled.position, own.position)
     np.testing.assert_array_equal(path.velocity, own.velocity)
@@ -66,7 +72,7 @@ def test_the_path_is_that_of_its_own_time_and_stops_at_the_goal():
 
 
 def test_one_tick_ahead_is_the_next_row():
-    path = plan().at(np.arange(0.0, DURATION + TICK, TICK)).path_time
+    path = path_time(plan().at(np.arange(0.0, DURATION + TICK, TICK)))
     np.testing.assert_allclose(path.elapsed_after[:, :-1], path.elapsed[:, 1:], rtol=0, atol=1e-12)
     np.testing.assert_allclose(path.rate_after[:, :-1], path.rate[:, 1:], rtol=0, atol=1e-12)
     assert path.rate_after[0, -2] == 0.0
@@ -78,7 +84,7 @@ def test_worlds_with_clocks_of_their_own_do_not_mix():
         one = TimeScaled(table_one(), full(1, 20.0), full(1, duration), TICK).at(np.arange(31.0))
         np.testing.assert_array_equal(both.position[world], one.position[0])
         np.testing.assert_array_equal(both.jerk[world], one.jerk[0])
-        np.testing.assert_array_equal(both.path_time.rate[world], one.path_time.rate[0])
+        np.testing.assert_array_equal(path_time(both).rate[world], path_time(one).rate[0])
 
 
 SIGMA = 0.4 - 0.4j
@@ -88,7 +94,7 @@ def moving(rate, heading, path_speed):
     """Return Ḟ and heading vector of a robot whose slip ratio is SIGMA."""
     facing = np.exp(1j * np.array([heading]))
     velocity = rate * path_speed * (1.0 + SIGMA) * facing
-    return np.stack([velocity.real, velocity.imag], -1), np.stack([facing.real, facing.imag], -1)
+    return tuple(np.stack([np.real(number), np.imag(number)], -1) for number in (velocity, facing))
 
 
 def as_complex(pair):
