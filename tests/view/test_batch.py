@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from slipctl.tick import Shape
-from slipctl.view import RecordingError, RunInfo, WorldRecording, batch, write_recordings
+from slipctl.view import RecordingError, RunInfo, Theorem, WorldRecording, batch, write_recordings
 from tests.view.reading import Recording, rrd
 from tests.view.signals import join, signals
 
@@ -23,7 +23,15 @@ def worlds(count: int) -> list[WorldRecording]:
         WorldRecording(
             f"friction-{world}.rrd",
             tuple(
-                RunInfo(2 * world + place, label, label, metrics={"rms": np.float64(0.5)}, slip_bound=0.4)
+                RunInfo(
+                    2 * world + place,
+                    label,
+                    label,
+                    metrics={"rms": np.float64(0.5), "guarantee_fraction": np.float64(1.0)},
+                    slip_bound=0.4,
+                    theorem=Theorem("independent", 0.4, 0.05),
+                    guarantee=dict.fromkeys(("error_bound", "alarm_time")),
+                )
                 for place, label in enumerate(("nominal", "robust"))
             ),
             {"scenario": "sweep", "varied": {"ground.friction": np.float64(world)}, "seed": np.int64(3)},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -156,7 +157,7 @@ def test_amounts_start_at_zero_and_leave_room_above() -> None:
 def test_what_is_drawn_is_what_the_bound_is_on() -> None:
     table = signals(1)
 
-    def drawn(uncertainty: str, **fields: float) -> dict[str, np.ndarray]:
+    def drawn(uncertainty: str, **fields: Any) -> dict[str, np.ndarray]:
         theorem = Theorem(uncertainty, 0.3, 0.05, **fields)
         return {path: values for path, _, values in quantities(track(table, theorem=theorem))}
 
@@ -176,7 +177,7 @@ def test_what_is_drawn_is_what_the_bound_is_on() -> None:
 
 def test_bounds_are_drawn_from_the_end_of_the_transient_and_only_where_promised() -> None:
     theorem = Theorem("independent", 0.3, 0.05)
-    told = {"settling_time": 2.0, "lyapunov_level": 0.1, "error_bound": 0.03}
+    told: dict[str, Any] = {"settling_time": 2.0, "lyapunov_level": 0.1, "error_bound": 0.03}
     found = {
         path: values for path, _, values in quantities(track(signals(1), theorem=theorem, guarantee=told))
     }
