@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipctl import scenario as files
 from slipctl.control.drive import DriveLimits
 from slipctl.control.nominal_dynamic import NominalDynamic
 from slipctl.control.nominal_kinematic import NominalKinematic
@@ -71,7 +72,7 @@ def _kinematic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
     def timed(law: KinematicLaw) -> Controller:
         return TimeScaledLaw(law, drive) if scaled else law
 
-    if first.kind == "nominal_kinematic":
+    if not isinstance(first, files.RobustKinematic):
         return Law(timed(NominalKinematic(inner, gains)), None)
     slip_bound = each("slip_bound")
     controller = RobustKinematic(
@@ -104,7 +105,7 @@ def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
         speed_floor=each("speed_floor"),
     )
     gains = chain_gains(each("pole"), 3)
-    if first.kind == "nominal_dynamic":
+    if not isinstance(first, files.RobustDynamic):
         return Law(NominalDynamic(drive, gains), None)
     slip_bound = each("slip_bound")
     if first.uncertainty == "general":
