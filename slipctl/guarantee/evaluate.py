@@ -11,6 +11,7 @@ from slipctl.guarantee.hypotheses import Hypotheses, demands, slip_rates_bounded
 from slipctl.guarantee.monitor import MARGIN, low_pass, measured_ratio
 from slipctl.guarantee.path_time import in_path_time, moves, steps
 from slipctl.theory.robust import largest_calm_tick
+from slipctl.theory.robust_dynamic import largest_calm_dynamic_tick
 from slipctl.tick import Array
 
 CHAIN = ("position", "velocity", "acceleration")
@@ -103,7 +104,8 @@ def _uncertainty(columns: Mapping[str, NDArray], derived: str, tick: float) -> A
 def _calm_tick(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         slip = (columns["slip.longitudinal"] - 1j * columns["slip.lateral"]) / columns["motion.forward_speed"]
-    threshold = largest_calm_tick(
+    largest = largest_calm_tick if hypotheses.order == 2 else largest_calm_dynamic_tick
+    threshold = largest(
         hypotheses.boundary_layer[:, None],
         columns["decision.robust_gain"],
         hypotheses.weights[:, None, -1, -1],

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from slipctl.theory.robust import largest_calm_tick
 from slipctl.tick import Array
 
 
@@ -148,3 +150,28 @@ class GeneralDynamicBound:
             + k4 * (speed * turn * turn + 2.0 * turn * push)
         )
         return (q * state.nominal + np.sqrt(along * along + across * across)) / (1.0 - q)
+
+
+def largest_calm_dynamic_tick(
+    boundary_layer: Array, robust_gain: Array, lyapunov_corner: Array, slip: Any
+) -> Array:
+    """Return the tick above which the boundary layer of a dynamic law chatters under a hold.
+
+    With constant slip fractions the control reaches F⃛ through I + E, whose eigenvalues are 1 along the
+    heading and |1+σ|²/Re(1+σ) across it: the kinematic threshold holds across, and the one without slip along
+    (derived; not in the paper). A robot that slips backwards chatters along its heading first.
+
+    Parameters
+    ----------
+    boundary_layer, robust_gain, lyapunov_corner : arrays
+        ε, ρ [m/s³], P₃₃.
+    slip : complex array
+        σ = (v_t − i v_s)/v.
+
+    Returns
+    -------
+    array
+        [s]; infinite where ρ = 0.
+    """
+    known = boundary_layer, robust_gain, lyapunov_corner
+    return np.minimum(largest_calm_tick(*known, slip), largest_calm_tick(*known, np.zeros_like(slip)))
