@@ -63,7 +63,7 @@ def paths(near_the_start: bool) -> Callable[[StudyRun, StudyRun], Figure]:
     """Return how to draw the desired path and both actual ones, and one end of them from near by."""
 
     def draw(nominal: StudyRun, robust: StudyRun) -> Figure:
-        figure, axes = style.new_figure(1, 2, 4.2)
+        figure, axes = style.new_figure(1, 2, 4.0)
         whole, near = axes[0]
         for plot in (whole, near):
             _path(plot, robust, "reference.position", style.DESIRED, "desired", 2.6)
