@@ -150,6 +150,14 @@ UNITS = {
 } | DERIVED_UNITS
 """Every column of `signals.parquet` but `run` and `time`, and its unit."""
 
+FLAT_INPUTS = (
+    "decision.nominal_input",
+    "decision.robust_input",
+    "decision.robust_gain",
+    "guarantee.uncertainty",
+)
+"""Columns that are inputs of the flat model: accelerations, or jerks for a dynamic law."""
+
 LAW_COLUMNS = {
     "decision.robust_gain",
     "decision.weighted_error.x",
@@ -272,6 +280,8 @@ def signal_table(run: int, world: int, columns: Columns, ending: Ending, tick: f
     fields = [pa.field("run", pa.int32(), metadata={"unit": "1"})]
     fields.append(pa.field("time", pa.float64(), metadata={"unit": "s"}))
     for name, unit in UNITS.items():
+        if "decision.acceleration" in columns and name.startswith(FLAT_INPUTS):
+            unit = "m/s³"
         kind = pa.bool_() if unit == "bool" else pa.float64()
         if name in columns:
             # the uncertainty of a tick needs the next row, which the last row does not have

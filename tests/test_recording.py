@@ -99,6 +99,18 @@ def test_the_table_survives_a_file_with_units_and_bits(recorded, tmp_path):
             assert np.array_equal(back[name].to_numpy(), columns[name][1])
 
 
+def test_flat_inputs_of_a_dynamic_law_are_jerks(recorded):
+    columns, ending, _ = recorded
+    columns = with_errors(columns)
+    for torque, unit in ((False, "m/s²"), (True, "m/s³")):
+        table = signal_table(
+            0, 1, columns | ({"decision.acceleration": columns["slip.yaw"]} if torque else {}), ending, 0.01
+        )
+        for name in ("decision.nominal_input.x", "decision.robust_input.y", "decision.robust_gain"):
+            assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+        assert table.schema.field("reference.acceleration.x").metadata == {b"unit": "m/s²".encode()}
+
+
 def test_rows_after_the_end_are_left_out_and_missing_law_columns_are_null(recorded):
     columns, _, _ = recorded
     columns = {name: values for name, values in with_errors(columns).items() if name not in LAW_COLUMNS}

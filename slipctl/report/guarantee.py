@@ -60,11 +60,15 @@ def _many(runs: Sequence[Mapping[str, Any]], spans: str) -> str:
 def _warnings(runs: Sequence[Mapping[str, Any]]) -> list[str]:
     told = [run["guarantee"] for run in runs]
     parts = []
+    # a law that has lost its hypotheses has other troubles
     rough = [one for one in told if one["calm_fraction"] < 1.0 and one["first_violation"] is None]
     if rough:
         least = min(one["calm_tick"] for one in rough)
-        where = "" if len(runs) == 1 else f" in {len(rough)} worlds"
-        parts.append(f"the tick is above its chatter threshold{where}, {1e3 * least:.3g} ms at worst")
+        share = percent(1.0 - min(one["calm_fraction"] for one in rough))
+        where = f"on {share} of the ticks"
+        if len(runs) > 1:
+            where = f"in {len(rough)} worlds, on up to {share} of the ticks"
+        parts.append(f"the tick is above its chatter threshold {where} ({1e3 * least:.3g} ms at worst)")
     alarms = [one["alarm_time"] for one in told if one["alarm_time"] is not None]
     if alarms and len(runs) == 1:
         parts.append(f"slip alarm at {alarms[0]:.2f} s")

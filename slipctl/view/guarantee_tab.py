@@ -14,7 +14,7 @@ def guarantee_tab(track: Track, root: str, plots: Plots) -> rrb.Container:
     """Return the tab of one run whose law has a theorem."""
     theorem = track.info.theorem
     assert theorem is not None
-    unit = "m/s²" if theorem.order == 2 else "m/s³"
+    unit = track.units.get("guarantee.uncertainty", "m/s²")
     promised = track.info.guarantee.get("error_bound") is not None
     level, bound = (
         ("wide: the level it stays below", "wide: its ultimate bound")

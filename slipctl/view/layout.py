@@ -44,7 +44,7 @@ def blueprint(
         column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view(
-                "Inputs: nominal |v̂|, robust |Δv| [m/s²]",
+                f"Inputs: nominal |v̂|, robust |Δv| [{_input_unit(tracks)}]",
                 ["decision.nominal_input.norm", "decision.robust_input.norm"],
                 settled=True,
             ),
@@ -115,7 +115,7 @@ def _slip_tab(track: Track, root: str, plots: Plots, scales: Scales, count: int)
         plots.view("Traction forward [N]", _sides("wheel.longitudinal_force"), only=label),
         plots.view("Traction to the left [N]", _sides("wheel.lateral_force"), only=label),
         plots.view("Wheel load [N]", _sides("wheel.normal_force"), only=label),
-        plots.view("Uncertainty |η| [m/s²] · wide: ρ", gain, only=label, settled=True),
+        plots.view(f"Uncertainty |η| [{_input_unit([track])}] · wide: ρ", gain, only=label, settled=True),
     ]
     camera = rrb.Spatial3DView(
         origin=f"{root}/robot/base",
@@ -165,6 +165,11 @@ def _scene_view(
             kind=rrb.Eye3DKind.Orbital, position=position, look_target=(middle[0], middle[1], 0.0), eye_up=up
         ),
     )
+
+
+def _input_unit(tracks: Sequence[Track]) -> str:
+    """Return the unit of v̂, Δv, η and ρ: of an acceleration, or of a jerk for dynamic laws."""
+    return tracks[0].units.get("decision.nominal_input.x", "m/s²")
 
 
 def _growing(roots: Iterable[str]) -> dict[Any, Any]:

@@ -47,8 +47,9 @@ def sound(rows: int = ROWS, order: int = 2) -> Columns:
         columns["decision.acceleration"] = 0.0 * row
     factorial = (1.0, 2.0, 6.0)
     for power, name in enumerate(("acceleration", "velocity", "position")[3 - order :]):
+        course = np.asarray(PUSH * time ** (power + 1) / factorial[power], dtype=np.float64)
         for seen in ("motion", "reference"):
-            columns[f"{seen}.{name}.x"] = np.array(PUSH * time ** (power + 1) / factorial[power])
+            columns[f"{seen}.{name}.x"] = course.copy()
             columns[f"{seen}.{name}.y"] = 0.0 * row
     return columns
 

@@ -61,7 +61,7 @@ def test_many_worlds_are_counted():
 def test_a_tick_that_chatters_is_said():
     said = guarantee.sentence("robust", [run(1.0, **(KEPT | {"calm_fraction": 0.9}))])
     assert said is not None
-    assert said.endswith("the tick is above its chatter threshold, 13.5 ms at worst")
+    assert said.endswith("the tick is above its chatter threshold on 10 % of the ticks (13.5 ms at worst)")
 
 
 def test_laws_without_a_theorem_get_no_sentence():
