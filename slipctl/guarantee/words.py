@@ -30,6 +30,8 @@ def violation(told: Mapping[str, Any]) -> str:
     """Say the first violation: what, when, by how much."""
     excess = told["first_violation_excess"]
     beyond = "" if excess is None else f", by {percent(excess)}"
+    if excess is not None and excess >= 9.5:
+        beyond = f", by {excess:.0f} times its limit"
     name, time = HYPOTHESES[told["first_violation"]], told["first_violation_time"]
     return f"violated first: {name}, at {time:.2f} s{beyond}"
 

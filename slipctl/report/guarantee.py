@@ -68,7 +68,14 @@ def _warnings(runs: Sequence[Mapping[str, Any]]) -> list[str]:
         where = f"on {share} of the ticks"
         if len(runs) > 1:
             where = f"in {len(rough)} worlds, on up to {share} of the ticks"
-        parts.append(f"the tick is above its chatter threshold {where} ({1e3 * least:.3g} ms at worst)")
+        worst = f"{1e3 * least:.3g} ms at worst" if least > 0.0 else "no tick is short enough"
+        parts.append(f"the tick is above its chatter threshold {where} ({worst})")
+    falls = [run["guarantee"]["lyapunov_fraction"] for run in runs if holds(run)]
+    grew = 1.0 - min((share for share in falls if share is not None), default=1.0)
+    if grew > 0.0:
+        parts.append(
+            f"V = eᵀPe all the same grew on up to {percent(grew)} of the ticks on which it should fall"
+        )
     alarms = [one["alarm_time"] for one in told if one["alarm_time"] is not None]
     if alarms and len(runs) == 1:
         parts.append(f"slip alarm at {alarms[0]:.2f} s")

@@ -44,6 +44,12 @@ def test_a_violation_has_a_name_a_time_and_a_size():
     )
 
 
+def test_an_excess_of_many_limits_is_counted_in_limits():
+    said = guarantee.sentence("robust", [run(0.9, **(BROKEN | {"first_violation_excess": 63.88}))])
+    assert said is not None
+    assert "at 0.97 s, by 64 times its limit" in said
+
+
 def test_almost_all_is_not_all():
     said = guarantee.sentence("robust", [run(0.9999, **BROKEN)])
     assert said is not None
@@ -62,6 +68,15 @@ def test_a_tick_that_chatters_is_said():
     said = guarantee.sentence("robust", [run(1.0, **(KEPT | {"calm_fraction": 0.9}))])
     assert said is not None
     assert said.endswith("the tick is above its chatter threshold on 10 % of the ticks (13.5 ms at worst)")
+
+
+def test_a_consequence_that_does_not_follow_is_said():
+    said = guarantee.sentence("robust", [run(1.0, **(KEPT | {"lyapunov_fraction": 0.55}))])
+    assert said is not None
+    assert said.endswith("V = eᵀPe all the same grew on up to 45 % of the ticks on which it should fall")
+    broken = guarantee.sentence("robust", [run(0.5, **(BROKEN | {"lyapunov_fraction": 0.55}))])
+    assert broken is not None
+    assert "grew" not in broken
 
 
 def test_laws_without_a_theorem_get_no_sentence():
