@@ -22,7 +22,7 @@ import numpy as np
 
 from slipctl import scenario as files
 from slipctl.experiment import assemble
-from slipctl.experiment.assemble.plant import slip_law
+from slipctl.experiment.assemble.plants import slip_law
 from slipctl.experiment.assemble.robot import paper_inertia
 from slipctl.plants.dynamic_ode import DynamicOde
 from slipctl.plants.ode import KinematicOde

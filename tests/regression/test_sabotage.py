@@ -107,10 +107,10 @@ def test_the_half_track_taken_for_the_track_fails(scenarios, capsys, monkeypatch
 
 @pytest.mark.parametrize("name", ["prescribed", "contacts"])
 def test_a_halved_gain_fails(scenarios, capsys, monkeypatch, name):
-    from slipctl.experiment.assemble import law
+    from slipctl.experiment.assemble import laws
 
-    whole = law.chain_gains
-    monkeypatch.setattr(law, "chain_gains", lambda pole, order: whole(pole, order) * np.array([0.5, 1.0]))
+    whole = laws.chain_gains
+    monkeypatch.setattr(laws, "chain_gains", lambda pole, order: whole(pole, order) * np.array([0.5, 1.0]))
     status, named = failures(capsys, scenarios[name])
     assert status == 1
     assert (name, "rms_position_error") in named

@@ -175,7 +175,10 @@ def test_calm_tick_is_the_stability_limit_of_the_sampled_layer(slip):
 
 
 def test_calm_tick_without_gain_is_infinite():
-    assert largest_calm_tick(np.array([0.02]), np.zeros(1), np.array([2.5]), np.zeros(1))[0] == np.inf
+    assert (
+        largest_calm_tick(np.array([0.02]), np.zeros(1), np.array([2.5]), np.zeros(1, dtype=complex))[0]
+        == np.inf
+    )
 
 
 def test_norm():

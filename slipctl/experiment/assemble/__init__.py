@@ -4,9 +4,9 @@ The only place that knows both the file format and the implementations.
 """
 
 from slipctl.experiment.assemble.beliefs import believed, radius_ratio
-from slipctl.experiment.assemble.law import Law, law
+from slipctl.experiment.assemble.laws import Law, law
 from slipctl.experiment.assemble.plan import references, start
-from slipctl.experiment.assemble.plant import plant
+from slipctl.experiment.assemble.plants import plant
 from slipctl.experiment.assemble.robot import RobotModel, read_robot
 from slipctl.experiment.assemble.sensing import sees_the_truth, sensor
 from slipctl.experiment.assemble.stack import World, batch_key, gather, tick_count

@@ -146,7 +146,7 @@ GENERAL_KEYS = (
 
 
 def _wheels_known(worlds: Sequence[World], known: Inertia) -> Inertia:
-    """Return what the law compensates: the model's wheel inertia and joint friction, or what the file says."""
+    """Return what the law compensates: the model's wheel inertia and joint friction, or the file's."""
     robot = worlds[0].scenario.robot
 
     def told(name: str) -> Array:
