@@ -37,21 +37,21 @@ def test_v_and_w_are_those_of_the_true_error(order):
 
 def test_v_must_fall_outside_the_layer_and_only_there():
     wanted = hypotheses()
-    outside = displaced(0.03, 0.0)  # ‖w‖ = 0.06, three layers
+    outside = displaced(0.015, 0.0)  # ‖w‖ = 0.03, one layer and a half
     columns = with_guarantee(outside, wanted, TICK)
     assert not columns["guarantee.lyapunov_falls"][0, :-1].any()  # V stands still
     assert verdict(columns, wanted, 0, ROWS - 1, TICK)["lyapunov_fraction"] == 0.0
-    outside["motion.position.y"] = 0.03 * np.exp(-np.arange(ROWS) * TICK)[None, :]
+    outside["motion.position.y"] = 0.015 * np.exp(-0.5 * np.arange(ROWS) * TICK)[None, :]
     columns = with_guarantee(outside, wanted, TICK)
     assert columns["guarantee.lyapunov_falls"][0, :-1].all()
-    grown = changed(outside, "motion.position.y", 20, 0.031)
+    grown = changed(outside, "motion.position.y", 20, 0.016)
     columns = with_guarantee(grown, wanted, TICK)
     assert np.flatnonzero(~columns["guarantee.lyapunov_falls"][0, :-1]).tolist() == [19]
     assert verdict(columns, wanted, 0, ROWS - 1, TICK)["lyapunov_fraction"] == pytest.approx(
         1 - 1 / (ROWS - 1)
     )
-    inside = displaced(0.003, 0.0)
-    inside["motion.position.y"] = 0.003 * np.exp(np.arange(ROWS) * TICK)[None, :]
+    inside = displaced(0.005, 0.0)
+    inside["motion.position.y"] = 0.005 * np.exp(np.arange(ROWS) * TICK)[None, :]
     columns = with_guarantee(inside, wanted, TICK)
     assert columns["guarantee.lyapunov_falls"].all()
     assert verdict(columns, wanted, 0, ROWS - 1, TICK)["lyapunov_fraction"] is None

@@ -112,6 +112,7 @@ def test_the_papers_bound_is_on_the_sum_the_slip_ratios_on_the_length():
     columns = changed(sound(), "slip.longitudinal", slice(None), 1.9 * ALPHA * SPEED)
     columns = changed(columns, "slip.lateral", slice(None), 0.1 * ALPHA * SPEED)
     assert held(columns, "paper").all()
+    assert not held(changed(columns, "slip.lateral", slice(None), 0.101 * ALPHA * SPEED), "paper").any()
     assert not held(columns, "independent").any()
     assert not held(columns, "slip_ratio").any()
     columns = changed(columns, "slip.longitudinal", slice(None), 1.4 * ALPHA * SPEED)
