@@ -14,46 +14,10 @@ import pyarrow.compute as pc
 import pytest
 
 from slipctl.tick import Shape
-from slipctl.view import RecordingError, RunInfo, Theorem, write_recording
+from slipctl.view import RecordingError, RunInfo, write_recording
 from tests.view.reading import Recording, rrd
 from tests.view.signals import join, signals
-
-NOMINAL = RunInfo(
-    0, "nominal_kinematic", "nominal_kinematic", metrics={"rms_position_error": 0.002, "x": None}
-)
-ROBUST = RunInfo(
-    1,
-    "robust_kinematic",
-    "robust_kinematic",
-    metrics={"rms_position_error": 0.001, "guarantee_fraction": 0.9},
-    slip_bound=0.4,
-    theorem=Theorem("independent", 0.4, 0.05),
-    guarantee={
-        "first_violation": "uncertainty_covered",
-        "first_violation_time": 3.6,
-        "first_violation_excess": 0.275,
-        "settling_time": 2.0,
-        "settled_error": 0.004,
-        "lyapunov_level": 0.02,
-        "error_bound": 0.05,
-        "error_bound_small_gain": 0.05,
-        "calm_tick": 0.03,
-        "calm_fraction": 1.0,
-        "alarm_time": None,
-    },
-)
-INFO = {
-    "scenario": "friction-sweep",
-    "scenario_id": "sha256:0123456789abcdef",
-    "description": "a figure-eight",
-    "varied": {"ground.friction": 0.1},
-    "versions": {"slipctl": "0.1.0"},
-    "units": {"rms_position_error": "m"},
-    "seed": 1,
-}
-ROOT = "/runs/robust_kinematic"
-# all that was seen drawn: the viewer ends where its font lacks a glyph, ᵀ for one
-GLYPHS = {chr(code) for code in range(0x20, 0x7F)} | set("·–−±≤≥ηρεαΔθμ²³√°…σ|\u0302")
+from tests.view.world import GLYPHS, INFO, NOMINAL, ROBUST, ROOT
 
 
 @pytest.fixture(scope="module")
@@ -206,30 +170,6 @@ def test_layout_and_one_timeline(recording: Recording) -> None:
     assert "Guarantee · nominal" not in names
     assert not set("".join(names)) - GLYPHS
     assert "Position error [m]" in " ".join(names)
-
-
-def test_the_page_tells_of_the_guarantee(recording: Recording) -> None:
-    page = recording.static("/info/summary", "TextDocument:text")
-    assert "the hypotheses of its theorem hold on 90 % of the ticks; violated first: uncertainty" in page
-    assert "from 2.0 s on the error stays below 4 mm, promised are 50 mm" in page
-    assert "uncertainty covered by ρ 90 %" in page
-    assert "slip monitor stayed quiet" in page
-    assert set(page) <= GLYPHS | {"\n"}
-
-
-def test_lanes_change_when_a_hypothesis_does(recording: Recording) -> None:
-    times, words = recording.rows(f"{ROOT}/state/η_covered_by_ρ", "StateChange:state")
-    assert (times.tolist(), words) == ([0, 3_600_000_000], ["held", "violated"])
-    _, words = recording.rows(f"{ROOT}/state/slip_monitor", "StateChange:state")
-    assert words == ["quiet", "alarm", "quiet"]
-    assert "/runs/nominal_kinematic/state/slip_monitor" not in recording.entities
-
-
-def test_what_is_promised_lies_beside_the_error(table: pa.Table, recording: Recording) -> None:
-    times, values = recording.rows(f"{ROOT}/guarantee/bound/error", "Scalars:scalars")
-    assert (times[0], times[-1], set(values)) == (2_000_000_000, nanoseconds(table)[-1], {0.05})
-    _, layer = recording.rows(f"{ROOT}/guarantee/bound/layer", "Scalars:scalars")
-    assert set(layer) == {0.05}
 
 
 def test_identity_and_properties(recording: Recording) -> None:
