@@ -15,7 +15,7 @@ UNITS = {
     "final_position_error": "m",
     "rms_cross_track_error": "m",
     "rms_heading_error": "rad",
-    "rms_robust_input": "m/s²",
+    "rms_robust_input": "m/s² (kinematic law) or m/s³ (dynamic law)",
     "command_variation": "rad/s (wheel_speed) or N·m (wheel_torque)",
     "max_slip_ratio": "1",
     "median_slip_ratio": "1",

@@ -13,6 +13,7 @@ import numpy as np
 from slipctl.experiment.batch import Run
 from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
+from slipctl.scenario.units import key_unit
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -113,7 +114,7 @@ def metrics_table(runs: Sequence[Run], worlds: Sequence[World], recordings: dict
     add("kind", [run.kind for run in runs], pa.string())
     for key in varied_keys(worlds):
         if key != "seed":
-            add(key, [worlds[run.world].varied[key] for run in runs], unit=key_unit(key))
+            add(key, [worlds[run.world].varied[key] for run in runs], unit=key_unit(worlds[0].scenario, key))
     add("seed", [worlds[run.world].seed for run in runs], pa.int64())
     add("status", [run.status for run in runs], pa.string())
     add("end_time", [run.end_time for run in runs], pa.float64(), "s")
@@ -131,11 +132,6 @@ def metrics_table(runs: Sequence[Run], worlds: Sequence[World], recordings: dict
 def varied_keys(worlds: Sequence[World]) -> tuple[str, ...]:
     """Return the swept keys, in the order of the file."""
     return tuple(worlds[0].varied)
-
-
-def key_unit(key: str) -> str:
-    """Return the unit that a scenario key says by its name: degrees where it ends `_deg`, else SI."""
-    return "deg" if key.endswith("_deg") else "SI"
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:

@@ -6,9 +6,9 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 GATED = ("rms_position_error", "max_position_error", "final_position_error")
 """The metrics a baseline holds, all in metres."""
@@ -22,6 +22,10 @@ DEFAULTS = (("chaotic", False), ("nudged_statuses", []))
 
 class CannotJudge(Exception):
     """There is nothing sound to compare with; the message is one line that says what and what to do."""
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+"""A number that can be compared: nothing is ever worse than NaN or than infinity more."""
 
 
 class _Strict(BaseModel):
@@ -44,8 +48,8 @@ class Number(_Strict):
         gated.
     """
 
-    value: float | None
-    tolerance: float
+    value: Finite | None
+    tolerance: Annotated[Finite, Field(ge=0.0)]
     why: str
     chaotic: bool = False
 
@@ -71,6 +75,13 @@ class RunBaseline(_Strict):
     status: str
     nudged_statuses: list[str] = []
     metrics: dict[str, Number]
+
+    @field_validator("metrics")
+    @classmethod
+    def _every_gated_metric(cls, metrics: dict[str, Number]) -> dict[str, Number]:
+        if set(metrics) != set(GATED):
+            raise ValueError(f"it must hold {', '.join(GATED)}, and no other metric")
+        return metrics
 
 
 class Baseline(_Strict):
@@ -111,8 +122,8 @@ def run_key(controller: str, varied: Mapping[str, Any], seed: int) -> tuple[str,
     return controller, json.dumps(dict(varied), sort_keys=True), seed
 
 
-def read(path: Path) -> Baseline:
-    """Read a baseline.
+def read(path: Path, source: str | None = None) -> Baseline:
+    """Read the baseline of a scenario that the user called `source`, by default by the file's name.
 
     Raises
     ------
@@ -123,7 +134,7 @@ def read(path: Path) -> Baseline:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise CannotJudge(
-            f"no baseline {path}; record one: slipctl check {path.stem} --update --reason '…'"
+            f"no baseline {path}; record one: slipctl check {source or path.stem} --update --reason '…'"
         ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise CannotJudge(f"baseline {path} cannot be read: {error}") from None

@@ -81,7 +81,7 @@ def check(source: str, threads: int | None = None, progress: Progress | None = N
     scenario = load(source)
     path = baseline_file(source, scenario)
     try:
-        baseline = read(path)
+        baseline = read(path, source)
         if baseline.scenario_id != scenario_id(scenario):
             raise CannotJudge(
                 f"{scenario.name} is another scenario than the one {path} was recorded from; "

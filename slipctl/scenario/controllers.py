@@ -79,14 +79,14 @@ class NominalKinematic(_KinematicLaw):
     """Flatness-based law without the robust term, (43)."""
 
     kind: Literal["nominal_kinematic"] = quantity("Nominal flatness-based law, kinematic model")
-    pole: float = quantity("Double real pole of the error dynamics, negative", "1/s", lt=0)
+    pole: float = quantity("Double real pole of the error dynamics, negative", "1/s", lt=0, ge=-1000)
 
 
 class RobustKinematic(_KinematicLaw):
     """Nominal law plus the robust term of Lyapunov redesign: (59), or (47) at `boundary_layer` 0."""
 
     kind: Literal["robust_kinematic"] = quantity("Robust flatness-based law, kinematic model")
-    pole: float = quantity("Double real pole of the error dynamics, negative", "1/s", lt=0)
+    pole: float = quantity("Double real pole of the error dynamics, negative", "1/s", lt=0, ge=-1000)
     slip_bound: float = quantity(
         "Bound on slip per forward speed; below 0.5 for paper and independent, 0.7071 for slip_ratio",
         "1",
@@ -106,14 +106,14 @@ class NominalDynamic(_DynamicLaw):
     """Flatness-based law of the dynamic model without the robust term, (68)."""
 
     kind: Literal["nominal_dynamic"] = quantity("Nominal flatness-based law, dynamic model")
-    pole: float = quantity("Triple real pole of the error dynamics, negative", "1/s", lt=0)
+    pole: float = quantity("Triple real pole of the error dynamics, negative", "1/s", lt=0, ge=-1000)
 
 
 class RobustDynamic(_DynamicLaw):
     """Nominal dynamic law plus the robust term of Lyapunov redesign, (73)."""
 
     kind: Literal["robust_dynamic"] = quantity("Robust flatness-based law, dynamic model")
-    pole: float = quantity("Triple real pole of the error dynamics, negative", "1/s", lt=0)
+    pole: float = quantity("Triple real pole of the error dynamics, negative", "1/s", lt=0, ge=-1000)
     slip_bound: float = quantity(
         "Bound on slip per forward speed; below 0.5 for paper and proportional, below 1 for general",
         "1",

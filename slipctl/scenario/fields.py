@@ -46,7 +46,8 @@ def _problem(kind: str, path: Path, raw: Mapping[str, Any]) -> Problem:
     if kind == "union_tag_invalid" and isinstance(value, Mapping):
         return _choice((*path, "kind"), value["kind"], tuple(kinds_at(path)), raw)
     if kinds_at(path):
-        return Problem(dotted(path, raw), show(value), f"a table, kinds: {', '.join(kinds_at(path))}")
+        found = _MISSING if kind == "missing" else show(value)
+        return Problem(dotted(path, raw), found, f"a table, kinds: {', '.join(kinds_at(path))}")
     parent, name = table_at(path[:-1], raw), str(path[-1])
     field = None if parent is None else parent.model_fields.get(name)
     if field is None:

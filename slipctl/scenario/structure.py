@@ -115,6 +115,14 @@ def allowed(name: str, field: FieldInfo) -> str:
     return "a table"
 
 
+def unit_at(path: Path, raw: Any) -> str:
+    """Give the unit of the number at a path, ``1`` where it has none."""
+    table = table_at(path[:-1], raw)
+    field = None if table is None else table.model_fields.get(str(path[-1]))
+    extra = None if field is None else field.json_schema_extra
+    return str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
+
+
 def _number(field: FieldInfo, noun: str) -> str:
     signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
     limits = [

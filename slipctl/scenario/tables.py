@@ -57,7 +57,7 @@ class Mujoco(Table):
     """`[plant]`, the robot in MuJoCo: real wheel-ground contacts."""
 
     kind: Literal["mujoco"] = quantity("Rigid-body simulation with wheel-ground contacts")
-    timestep: float = quantity("Physics time step; the tick is a multiple of it", "s", 0.001, gt=0, le=0.01)
+    timestep: float = quantity("Physics time step; the tick is a multiple of it", "s", 0.001, gt=0, lt=0.0025)
     arena: float = quantity("The run ends beyond this distance from the origin", "m", 50.0, gt=0)
 
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from slipctl import shipped
 from slipctl.regression import CannotJudge, read, write
 from tests.fakes import baseline_of, payload, run_entry
 
@@ -79,3 +80,23 @@ def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
     (tmp_path / "x.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(CannotJudge, match="cannot be read"):
         read(tmp_path / "x.json")
+
+
+@pytest.mark.parametrize(
+    ("planted", "where"),
+    [
+        (lambda metrics: metrics.clear(), "metrics"),
+        (lambda metrics: metrics.pop("max_position_error"), "metrics"),
+        (lambda metrics: metrics["rms_position_error"].update(tolerance=float("inf")), "tolerance"),
+        (lambda metrics: metrics["rms_position_error"].update(tolerance=-1e-3), "tolerance"),
+        (lambda metrics: metrics["rms_position_error"].update(value=float("nan")), "value"),
+    ],
+)
+def test_a_baseline_that_could_never_fail_is_damaged(tmp_path, planted, where):
+    """Each of these would have let any result pass."""
+    shipped_one = json.loads((shipped.baseline_folder() / "wet-slope.json").read_text(encoding="utf-8"))
+    planted(shipped_one["runs"][0]["metrics"])
+    path = tmp_path / "planted.json"
+    path.write_text(json.dumps(shipped_one), encoding="utf-8")
+    with pytest.raises(CannotJudge, match=where):
+        read(path)

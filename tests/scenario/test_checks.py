@@ -61,7 +61,7 @@ def test_film_and_creep_exclude_each_other():
 
 
 @pytest.mark.parametrize(
-    ("tick", "timestep"), [(0.0105, 0.001), (0.0005, 0.001), (0.01, 0.003), (0.001, 0.01)]
+    ("tick", "timestep"), [(0.0105, 0.001), (0.0005, 0.001), (0.01, 0.0015), (0.001, 0.002)]
 )
 def test_the_tick_is_a_multiple_of_the_timestep(tick, timestep):
     problem = only(changed(EIGHT, {"tick": tick, "plant.timestep": timestep}))
