@@ -13,6 +13,7 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
+from slipctl.scenario.floor import Change, Disc, Disturbance, Patch, Rectangle, Stripes
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
 from slipctl.scenario.loading import World, load, read, worlds
@@ -29,8 +30,11 @@ from slipctl.scenario.templates import template
 __all__ = [
     "Axis",
     "Believes",
+    "Change",
     "Circle",
     "Controller",
+    "Disc",
+    "Disturbance",
     "DynamicOde",
     "FigureEight",
     "Ground",
@@ -39,10 +43,12 @@ __all__ = [
     "Mujoco",
     "NominalDynamic",
     "NominalKinematic",
+    "Patch",
     "Plant",
     "PointToPoint",
     "Problem",
     "ProportionalSlip",
+    "Rectangle",
     "Reference",
     "Robot",
     "RobustDynamic",
@@ -57,6 +63,7 @@ __all__ = [
     "Slip",
     "Span",
     "Start",
+    "Stripes",
     "World",
     "canonical",
     "dump",

@@ -32,6 +32,7 @@ def _plant(raw: Mapping[str, Any]) -> Iterator[tuple[Path, str]]:
     kind = lookup(raw, "plant", "kind")
     if kind in ("kinematic_ode", "dynamic_ode"):
         yield ("ground",), f'{kind} has no floor (plant.kind = "mujoco" has one)'
+        yield ("disturbance",), f'{kind} has no forces (plant.kind = "mujoco" has)'
     if kind == "kinematic_ode":
         yield ("robot", "torque_limit"), 'kinematic_ode has no torques (plant.kind = "mujoco" has)'
     if kind == "dynamic_ode":

@@ -10,13 +10,13 @@ from typing import Any
 
 from slipctl import shipped
 from slipctl.scenario.applies import ignored_problems
-from slipctl.scenario.base import lookup, number
+from slipctl.scenario.base import lookup
+from slipctl.scenario.floor_checks import floor_problems
 from slipctl.scenario.law_checks import law_problems
 from slipctl.scenario.path_checks import reference_problems, slip_problems
 from slipctl.scenario.problems import Problem, later, nearest, quote, show
 from slipctl.scenario.sensing_checks import sensing_problems
-from slipctl.scenario.structure import table_at
-from slipctl.scenario.values import has, misses_multiple, value_at
+from slipctl.scenario.values import has, misses_multiple, natural_duration, value_at
 
 TICK_LIMIT = 10_000_000
 """Largest number of control ticks of one run (their signals would no longer fit into memory)."""
@@ -28,6 +28,7 @@ def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
         _model,
         ignored_problems,
         _ground,
+        floor_problems,
         _times,
         slip_problems,
         reference_problems,
@@ -77,7 +78,7 @@ def _times(raw: Mapping[str, Any]) -> Iterator[Problem]:
                 f"{lower * timestep:.9g} or {(lower + 1) * timestep:.9g} s",
             )
     given = "duration" in raw
-    duration = value_at(raw, "duration") if given else _natural_duration(raw)
+    duration = value_at(raw, "duration") if given else natural_duration(raw)
     if duration is None or duration <= 0:
         return
     whose = "duration" if given else "the reference's duration"
@@ -88,16 +89,3 @@ def _times(raw: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem(
             "tick", f"{tick:g} s, {duration / tick:.4g} ticks in {whose}, {duration:.6g} s", allowed
         )
-
-
-def _natural_duration(raw: Mapping[str, Any]) -> float | None:
-    table = table_at(("reference",), raw)
-    if table is None:
-        return None
-    numbers = {
-        name: value for name in table.model_fields if (value := value_at(raw, "reference", name)) is not None
-    }
-    try:
-        return number(getattr(table.model_construct(None, **numbers), "natural_duration", None))
-    except (AttributeError, TypeError, ZeroDivisionError, OverflowError):
-        return None

@@ -55,7 +55,9 @@ def _problem(kind: str, path: Path, raw: Mapping[str, Any]) -> Problem:
     if kind == "literal_error":
         return _choice(path, value, choices(field), raw)
     if kind == "tuple_type":
-        return Problem(dotted(path, raw), found, f"an array: write [[{name}]], not [{name}]")
+        return Problem(
+            dotted(path, raw), found, f"an array: write [[{generic(path)}]], not [{generic(path)}]"
+        )
     return Problem(dotted(path, raw), found, allowed(name, field))
 
 

@@ -10,8 +10,8 @@ from slipctl.scenario.applies import ignored
 from slipctl.scenario.axes import Axis
 from slipctl.scenario.later import later_key
 from slipctl.scenario.problems import Problem, later, nearest, quote
-from slipctl.scenario.structure import KINDS, Path, is_number, table_at
-from slipctl.scenario.values import controllers
+from slipctl.scenario.structure import ARRAYS, KINDS, Path, is_number, table_at
+from slipctl.scenario.values import controllers, entries
 
 EVERY = "*"
 """In place of a label: the key of every listed controller, all at the same value."""
@@ -26,6 +26,7 @@ def sweepable(raw: Mapping[str, Any]) -> list[str]:
     places: list[tuple[str, Path]] = [("", ()), *((f"{name}.", (name,)) for name in sections)]
     if "slip" in raw:
         places.insert(4, ("slip.", ("slip",)))
+    places += [(f"{'.'.join(map(str, path))}.", path) for names in ARRAYS for path, _ in entries(raw, *names)]
     places += [(f"reference.{end}.", ("reference", end)) for end in ("start", "goal")]
     without = ignored(raw)
     keys = [f"{prefix}{name}" for prefix, path in places for name in _numbers(path, raw, without)]
@@ -94,6 +95,8 @@ def _unknown_kind(key: str, raw: Mapping[str, Any]) -> bool:
     section, *rest = key.split(".")
     if section == "controller":
         paths = [path for path, label, _ in controllers(raw) if rest and rest[0] in (label, EVERY)]
+    elif key.startswith("ground.patch."):
+        paths = [path for path, _ in entries(raw, "ground", "patch")]
     else:
         paths = [(section,)] if section in KINDS and section in raw else []
     return any(table_at(path, raw) is None for path in paths)
@@ -122,10 +125,12 @@ def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
                 _set(entries[int(index)], parts[2:], value)
         raw["controller"] = entries
         return
-    table = raw
+    table: Any = raw
     for part in parts[:-1]:
-        table[part] = dict(table.get(part, {}))
-        table = table[part]
+        step = int(part) if isinstance(table, list) else part
+        inner = table[step] if isinstance(table, list) else table.get(part, {})
+        table[step] = list(inner) if isinstance(inner, list | tuple) else dict(inner)
+        table = table[step]
     table[parts[-1]] = value
 
 
@@ -147,6 +152,10 @@ class Place:
 
 
 def _without_brackets(key: str) -> str:
-    """`controller[1:label].pole` as it is swept: `controller.label.pole`."""
+    """`controller[1:label].pole` as it is swept: `controller.label.pole`; other arrays keep the index."""
     head, bracket, rest = key.partition("[")
-    return f"{head}.{rest.partition(':')[2].replace(']', '')}" if bracket else key
+    if not bracket:
+        return key
+    inside, _, tail = rest.partition("]")
+    index, _, label = inside.partition(":")
+    return f"{head}.{label if head == 'controller' else index}{tail}"

@@ -11,6 +11,7 @@ from slipctl.scenario.base import lookup
 from slipctl.scenario.loading import sweep_table
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.slip import SeriesSlip
+from slipctl.scenario.structure import ARRAYS
 
 
 def dump(scenario: Scenario) -> dict[str, Any]:
@@ -22,6 +23,10 @@ def dump(scenario: Scenario) -> dict[str, Any]:
             parent.pop(path[-1], None)
     if scenario.ground.friction_left is not None and "ground" in tables:
         del tables["ground"]["friction"]
+    for path in ARRAYS:
+        parent = lookup(tables, *path[:-1]) or {}
+        if not parent.get(path[-1], True):
+            del parent[path[-1]]
     for law in tables["controller"]:
         if not law["believes"]:
             del law["believes"]

@@ -10,8 +10,7 @@ LATER_VALUES: dict[str, tuple[str, ...]] = {
 """Values of a key (array indices left out) that come later."""
 
 _LATER_KEYS: dict[str, str] = {
-    "disturbance*": "[[disturbance]] (pushes)",
-    "ground.patch*": "[[ground.patch]] (patches of the floor)",
+    "ground.terrain*": "[ground.terrain] (uneven floor)",
 }
 
 

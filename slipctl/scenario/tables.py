@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from slipctl.scenario.base import Table, quantity
+from slipctl.scenario.base import AsTuple, Table, quantity
+from slipctl.scenario.floor import Change, Patch
 
 
 class Robot(Table):
@@ -88,6 +89,12 @@ class Ground(Table):
     )
     slope_deg: float = quantity("Slope of the floor (gravity is tilted)", "deg", 0.0, ge=0, le=45)
     downhill_deg: float = quantity("World direction in which the slope descends", "deg", 0.0, ge=-360, le=360)
+    patch: Annotated[tuple[Patch, ...], AsTuple] = quantity(
+        "Parts of the floor with a friction of their own; later ones lie on top", "", ()
+    )
+    change: Annotated[tuple[Change, ...], AsTuple] = quantity(
+        "What changes of the floor beside the patches, in the order of time", "", ()
+    )
 
     @property
     def wheel_friction(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from tests.scenario.documents import EIGHT, EXPERIMENT, PAPER, SCALED, TORQUE, c
 
 SCHEMA = json_schema()
 UNITLESS = {"name", "description", "seed", "model", "drive", "kind", "label", "uncertainty", "at_rest"}
-UNITLESS |= {"believes", "time_scaled", "time_scaling", "compensate_wheels", "file"}
+UNITLESS |= {"believes", "time_scaled", "time_scaling", "compensate_wheels", "file", "patch", "change", "dry"}
 UNITLESS |= {"pose", "velocity", "acceleration", "start", "goal", *SCHEMA["properties"]} - {
     "tick",
     "duration",

@@ -24,8 +24,7 @@ def test_kinds_and_sources_that_come_later(key, value):
 @pytest.mark.parametrize(
     ("document", "key", "value"),
     [
-        (PAPER, "disturbance", [{"force": 3.0}]),
-        (EIGHT, "ground.patch", [{"friction": 0.1}]),
+        (EIGHT, "ground.terrain", {"amplitude": 0.01}),
     ],
 )
 def test_keys_that_come_later(document, key, value):
@@ -35,4 +34,4 @@ def test_keys_that_come_later(document, key, value):
 
 
 def test_a_sweep_over_a_key_that_comes_later():
-    assert later(changed(PAPER, {"sweep": {"disturbance.force": [1.0, 3.0]}}))
+    assert later(changed(EIGHT, {"sweep": {"ground.terrain.amplitude": [1.0, 3.0]}}))
