@@ -14,7 +14,7 @@ from slipctl.theory.slip import measure_slip
 from slipctl.tick import Array, Motion, SpeedCommand
 from tests.builders import start_of
 from tests.engine.bullet import Bullet
-from tests.engine.drives import TICK, Drive, locked
+from tests.engine.drives import TICK, Drive
 from tests.engine.robot import Robot
 from tests.plants.driving import pushed
 
@@ -65,13 +65,18 @@ class Track:
     def acceleration(self, first: float, last: float) -> Array:
         """Return the mean acceleration (2,) between two instants [m/s²]."""
         begin, end = round(first / TICK) - 1, round(last / TICK) - 1
-        return (self.velocity[end] - self.velocity[begin]) / ((end - begin) * TICK)
+        return np.asarray(self.velocity[end] - self.velocity[begin]) / ((end - begin) * TICK)
+
+    def after(self, time: float) -> Track:
+        """Return the track without its beginning [s]."""
+        first = round(time / TICK)
+        return Track(*(getattr(self, field.name)[first:] for field in fields(self)))
 
     def steepest(self, window: float = 0.1) -> float:
         """Return the largest mean acceleration over a window [m/s²]."""
         span = round(window / TICK)
         change = self.velocity[span:] - self.velocity[:-span]
-        return float(np.hypot(*change.T).max() / window)
+        return float(np.hypot(change[:, 0], change[:, 1]).max() / window)
 
 
 @dataclass(frozen=True)

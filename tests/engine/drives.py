@@ -58,7 +58,7 @@ def grip_limit(friction: float) -> float:
 
 
 def _times(duration: float) -> Array:
-    return np.arange(1, round(duration / TICK) + 1) * TICK
+    return np.arange(1.0, round(duration / TICK) + 1.0, dtype=np.float64) * TICK
 
 
 def _commands(forward_speed: Array | float, yaw_rate: Array | float, duration: float) -> Array:

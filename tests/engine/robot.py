@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 
 from slipctl.plants.model import compile_model, find_model
-from slipctl.plants.standstill import settle
+from slipctl.plants.standstill import inertia, settle
+from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array
 
 
@@ -33,7 +34,9 @@ class Spring:
 class Robot:
     """Lengths [m] in the axle's frame, masses [kg], inertias [kg·m²] about each body's centre of mass.
 
-    `wheel_inertia` and `wheel_armature` are about the axle; `base_inertia` is about x, y, z.
+    `yaw_inertia` is the whole robot's; `wheel_inertia` and `wheel_armature` are about the axle;
+    `base_inertia` is about x, y, z. `inverse_mass` (2,) is what a wheel's contact point yields to a force
+    along the heading and to the left of it [1/kg].
     """
 
     wheel_radius: float
@@ -50,11 +53,18 @@ class Robot:
     tyre: Spring
     caster: Spring
     torque_limit: float
+    yaw_inertia: float
+    inverse_mass: Array
 
     @property
     def mass(self) -> float:
         """Return the whole robot's mass [kg]."""
         return self.base_mass + 2.0 * self.wheel_mass
+
+    @property
+    def com_height(self) -> float:
+        """Return the height of the whole robot's centre of mass at rest [m]."""
+        return self.wheel_radius + self.base_com * self.base_mass / self.mass
 
 
 def _spring(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Spring:
@@ -67,10 +77,20 @@ def _spring(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Spring:
     return Spring(float(stiffness), float(stiffness * damp / stiff), float(force[0]))
 
 
+def _inverse_mass(model: mujoco.MjModel, data: mujoco.MjData, radius: float) -> Array:
+    wheel = model.body("left_wheel").id
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, jacobian, None, data.xpos[wheel] - np.array([0.0, 0.0, radius]), wheel)
+    moved = np.zeros((2, model.nv))
+    mujoco.mj_solveM(model, data, moved, jacobian[:2])
+    return (moved * jacobian[:2]).sum(axis=1)
+
+
 def magellan_pro(timestep: float = 0.001) -> Robot:
-    """Return the shipped robot; its contacts are measured at rest, so they are what MuJoCo makes of the file."""
+    """Return the shipped robot; its contacts are measured at rest: what MuJoCo makes of the file."""
     model = compile_model(find_model("magellan_pro"), timestep)
     standstill = settle(model)
+    wheels = WheelGeometry(standstill.wheel_radius, standstill.half_track)
     data = mujoco.MjData(model)
     for _ in range(round(2.0 / timestep)):
         mujoco.mj_step(model, data)
@@ -90,5 +110,7 @@ def magellan_pro(timestep: float = 0.001) -> Robot:
         caster_reach=float(model.geom("front_caster").pos[0]),
         tyre=_spring(model, data, "left_tyre"),
         caster=_spring(model, data, "front_caster"),
+        yaw_inertia=float(inertia(model, wheels).yaw_inertia),
+        inverse_mass=_inverse_mass(model, data, standstill.wheel_radius),
         torque_limit=float(model.actuator("left_wheel").forcerange[1]),
     )
