@@ -12,7 +12,7 @@ from slipctl.experiment.collect import SIGNALS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
-    from slipctl.scenario import World
+    from slipctl.scenario import Scenario, World
     from slipctl.tick import Shape
     from slipctl.view import Theorem
 
@@ -125,6 +125,7 @@ def record_worlds(
                 "seed": worlds[world].seed,
                 "tick": worlds[world].scenario.tick,
                 "units": UNITS,
+                **_floor(worlds[world].scenario),
             },
         )
         for world in chosen
@@ -132,6 +133,20 @@ def record_worlds(
     bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
     write_recordings(folder, folder / SIGNALS, recordings, bodies)
     return names
+
+
+def _floor(scenario: Scenario) -> dict[str, Any]:
+    """Return what pictures need of the floor and of pushes, where there is more than one even floor."""
+    ground = scenario.ground
+    told: dict[str, Any] = {
+        "patches": [patch.model_dump() for patch in ground.patch],
+        "changes": [change.model_dump() for change in ground.change],
+        "pushes": [push.model_dump() for push in scenario.disturbance],
+    }
+    told = {name: entries for name, entries in told.items() if entries}
+    if "changes" in told:
+        told |= {"friction": min(ground.wheel_friction), "film": ground.film}
+    return told
 
 
 def _theorem(config: Any) -> Theorem | None:

@@ -125,12 +125,16 @@ def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
                 _set(entries[int(index)], parts[2:], value)
         raw["controller"] = entries
         return
-    table: Any = raw
-    for part in parts[:-1]:
-        step = int(part) if isinstance(table, list) else part
-        inner = table[step] if isinstance(table, list) else table.get(part, {})
-        table[step] = list(inner) if isinstance(inner, list | tuple) else dict(inner)
-        table = table[step]
+    table = raw
+    for index, part in enumerate(parts[:-1]):
+        inner = table.get(part, {})
+        if isinstance(inner, list | tuple):  # an array of tables: the next part is an index
+            table[part] = [*inner]
+            table[part][int(parts[index + 1])] = entry = dict(inner[int(parts[index + 1])])
+            _set(entry, parts[index + 2 :], value)
+            return
+        table[part] = dict(inner)
+        table = table[part]
     table[parts[-1]] = value
 
 

@@ -27,7 +27,7 @@ KINDS: dict[str, dict[str, type[Table]]] = {
 }
 """The kinds of each table that has some, with their classes."""
 
-ARRAYS: tuple[Path, ...] = (("ground", "patch"), ("ground", "change"), ("disturbance",))
+ARRAYS: tuple[tuple[str, ...], ...] = (("ground", "patch"), ("ground", "change"), ("disturbance",))
 """The arrays of tables beside [[controller]], whose entries are known by their index instead of a label."""
 
 _WITH_KINDS = ("controller", "ground.patch")

@@ -12,6 +12,7 @@ import rerun as rr
 from slipctl.tick import Shape
 from slipctl.view.colours import REFERENCE, ROBUST_INPUT, Rgb, lighter
 from slipctl.view.framing import scene_box
+from slipctl.view.ground import log_ground, log_pushes
 from slipctl.view.robot import HALF_TRACK, WHEEL_RADIUS, disc_robot, log_shapes, xyzw
 from slipctl.view.tracks import SCENE_RATE, TRAIL_PIECES, Array, Track, kept, nanoseconds, nice, stride
 
@@ -72,6 +73,7 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
     along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
     lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=rr.Radius.ui_points([0.6]))
     rec.log("/ground/grid", lines, static=True, strict=True)
+    log_ground(rec, info, low, high)
     if info.get("slope_deg"):
         angle = np.radians(float(info.get("downhill_deg") or 0.0))
         start = [*((low + high) / 2 - 0.4 * (high - low) * [np.cos(angle), np.sin(angle)]), 0.02]
@@ -161,6 +163,7 @@ def log_run(
     _log_label(rec, base, track, colour, order)
     _log_trail(rec, f"{root}/trail", track, positions, rows, colour, order)
     _log_arrows(rec, base, track, rows, scales, half_track, -pose[rows, 2])
+    log_pushes(rec, root, track, rows, info)
 
 
 def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, order: int) -> None:

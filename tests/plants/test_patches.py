@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -86,8 +87,7 @@ def test_friction_under_each_wheel_is_that_of_the_floor_at_its_contact_point(tim
 
 
 def test_contact_points_are_where_mujoco_has_the_contacts() -> None:
-    import mujoco
-
+    mujoco: Any = pytest.importorskip("mujoco")
     plant = MujocoPlant.build(ground=ground())
     state, _ = drive(plant, plant.start(start(heading=1.0)), 0.5, 1.0, 0.3)
     motion = plant.observe(state)
