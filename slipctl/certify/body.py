@@ -8,7 +8,8 @@ import numpy as np
 
 from slipctl.certify.fixture import Bench, Fixture
 from slipctl.certify.rest import Rest
-from slipctl.certify.specimen import ROUGH, Rig
+from slipctl.certify.rig import Rig
+from slipctl.certify.specimen import ROUGH
 from slipctl.tick import Array
 
 
@@ -32,7 +33,7 @@ def yaw_inertia(bench: Bench) -> tuple[float, float]:
 
 
 def centre_ahead(bench: Bench) -> tuple[float, float]:
-    """Return how far the centre of mass lies ahead of the axle: coupling of ``mj_fullM`` over the mass, and the sum [mm]."""
+    """Return how far the centre of mass lies ahead of the axle, by the coupling in ``mj_fullM`` and summed [mm]."""
     specimen, (masses, places, _) = bench.specimen, _parts(bench)
     full = specimen.rest.inertia
     felt = full[specimen.v + 5, specimen.v + 1] / specimen.rest.mass
@@ -66,16 +67,17 @@ def _casters(bench: Bench) -> Rest:
 
 
 def lift_off(bench: Bench) -> tuple[float, float]:
-    """Return the braking (with a caster ahead only: the acceleration) at which a caster loses the floor [m/s²].
+    """Return the deceleration at which a caster loses the floor, and that at which it would have to pull [m/s²].
 
-    And the one at which its spring would have to pull.
+    With no caster behind the axle: the acceleration.
     """
     rest = _casters(bench)
     behind = rest.caster_place[:, 0] < 0.0
     way = -1.0 if behind.any() else 1.0
     which = behind if behind.any() else ~behind
     level, braked = (  # loads are linear in the acceleration until something lifts
-        rest.loads(a, 0.0, a / rest.radius)[2:][which].min() for a in (0.0, 0.01 * way))
+        rest.loads(a, 0.0, a / rest.radius)[2:][which].min() for a in (0.0, 0.01 * way)
+    )
     expected = 0.01 * float(level / (level - braked)) * rest.pitch_stiffness / rest.spring
 
     def pull(rig: Rig, time: float) -> None:
@@ -92,7 +94,7 @@ def lift_off(bench: Bench) -> tuple[float, float]:
 
 
 def pitch(bench: Bench) -> tuple[float, float]:
-    """Return the pitch at 1 m/s² of acceleration, nose up, and what the casters' springs make of it [mrad]."""
+    """Return the pitch at 1 m/s², nose up, and what the casters' springs make of it [mrad]."""
     rest = _casters(bench)
 
     def pull(rig: Rig, time: float) -> None:
@@ -100,13 +102,21 @@ def pitch(bench: Bench) -> tuple[float, float]:
 
     trace = bench.specimen.rig(ROUGH, free=True).stand().run(2.0, pull)
     window = trace.since(1.5)
-    return -1e3 * float(trace.pitch[window].mean() - trace.pitch[0]), 1e3 * rest.pitching / rest.pitch_stiffness
+    return -1e3 * float(
+        trace.pitch[window].mean() - trace.pitch[0]
+    ), 1e3 * rest.pitching / rest.pitch_stiffness
 
 
 FIXTURES = (
     Fixture("mass", "kg", 1e-6, True, "Σ mᵢ", "part of the robot is not free to move", mass),
     Fixture(
-        "yaw_inertia", "kg·m²", 1e-6, True, "Σ Iᵢ + mᵢ dᵢ²", "part of the robot is not free to turn", yaw_inertia
+        "yaw_inertia",
+        "kg·m²",
+        1e-6,
+        True,
+        "Σ Iᵢ + mᵢ dᵢ²",
+        "part of the robot is not free to turn",
+        yaw_inertia,
     ),
     Fixture(
         "centre_of_mass_ahead",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl.certify.specimen import Specimen
+from slipctl.plants.own import OwnModel
 
 
 @dataclass(frozen=True)
@@ -18,13 +19,13 @@ class Bench:
 
     Attributes
     ----------
-    path : Path
+    path : Path or OwnModel
         Model file.
     timestep : float
         Physics step [s].
     """
 
-    path: Path
+    path: Path | OwnModel
     timestep: float
 
     @cached_property
@@ -72,7 +73,7 @@ class Fixture:
         reason = ""
         try:
             measured, expected = self.measure(bench)
-        except (ValueError, ArithmeticError) as error:
+        except (ValueError, ArithmeticError, LookupError) as error:
             measured = expected = math.nan
             reason = str(error)
         error = measured - expected

@@ -63,7 +63,7 @@ class Rest:
 
     @property
     def pitching(self) -> float:
-        """Moment that the casters must take up per acceleration: m·h, and what spins the wheels up [N·m/(m/s²)]."""
+        """Moment on the casters per acceleration: m·h, and what spins the wheels up [N·m/(m/s²)]."""
         return self.mass * self.height + self.spin_inertia / self.radius
 
     @property
@@ -73,7 +73,7 @@ class Rest:
 
     @property
     def pitch_stiffness(self) -> float:
-        """What is left of it when the centre of mass, and the casters that swing under the axle, tip over [N·m/rad]."""
+        """What is left of it where centre of mass and casters swing about the axle [N·m/rad]."""
         tips = self.mass * GRAVITY * self.centre[2] - (self.caster * self.caster_place[:, 2]).sum()
         return self.spring - float(tips)
 
@@ -82,11 +82,13 @@ class Rest:
         """Share of the weight on the wheels [1]."""
         return float(self.load.sum() / (self.mass * GRAVITY))
 
-    def loads(self, ahead: float = 0.0, left: float = 0.0, spin: float = 0.0, gravity: float = GRAVITY) -> Array:
+    def loads(
+        self, ahead: float = 0.0, left: float = 0.0, spin: float = 0.0, gravity: float = GRAVITY
+    ) -> Array:
         """Return what a steady acceleration [m/s²] leaves on the wheels, left and right, and the casters [N].
 
-        The robot as a rigid body on linear springs, each as stiff as its load over its depth at rest. What would
-        have to pull has lifted and carries nothing.
+        The robot as a rigid body on linear springs, each as stiff as its load over its depth at rest. What
+        would have to pull has lifted and carries nothing.
 
         Parameters
         ----------
@@ -141,7 +143,7 @@ class Rest:
         return gain
 
     def spinning(self, friction: float, torque: float) -> float:
-        """Return the acceleration with spinning wheels, μ N / m, whose torques [N·m] load the casters, too [m/s²]."""
+        """Return the acceleration with spinning wheels, μ N / m; their torques [N·m] load the casters [m/s²]."""
         gain = 0.0
         for _ in range(50):
             spin = (torque - 0.5 * self.mass * gain * self.radius) / self.wheel_inertia

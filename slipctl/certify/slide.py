@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from slipctl.certify.fixture import Bench, Fixture
-from slipctl.certify.specimen import Rig, Trace
+from slipctl.certify.rig import Rig
+from slipctl.certify.trace import Trace
 
 SLIPPERY, GRIPPY = 0.2, 0.7
 """The two frictions [1]."""
@@ -23,8 +24,8 @@ def _slide(bench: Bench, degrees: float, speed: float = 2.0, duration: float = 0
 def _deceleration(bench: Bench, degrees: float) -> tuple[float, float]:
     """Return the deceleration of a slide, and μN/m with the load that the wheels carried [m/s²].
 
-    Sliding askew the wheels carry different loads, so the robot turns, and their frictions are not parallel: the
-    closed form takes the two directions from the motion.
+    Sliding askew the wheels carry different loads, so the robot turns, and their frictions are not parallel:
+    the closed form takes the two directions from the motion.
     """
     rest, trace = bench.specimen.rest, _slide(bench, degrees)
     window = trace.since(0.5)  # pitching and rolling have died down
@@ -128,8 +129,8 @@ def friction_work(bench: Bench) -> tuple[float, float]:
 
 
 HOPS = (
-    "a sliding wheel hops: in a stiff contact slip adds to the normal force; give the tyre a solref in direct "
-    "format and a constant solimp"
+    "a sliding wheel hops: in a stiff contact slip adds to the normal force; give the tyre a solref in "
+    "direct format and a constant solimp"
 )
 PYRAMID = 'the pyramidal friction cone is stronger along its edges: use cone="elliptic"'
 
