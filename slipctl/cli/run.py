@@ -81,6 +81,8 @@ def execute(
         done = result.metrics.num_rows
         print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED)
+    for note in result.manifest.get("robot_notes", ()):
+        print(f"robot: {note}", file=sys.stderr)
     payload = result.json()
     _say_ended_early(payload["runs"])
     if json_output:

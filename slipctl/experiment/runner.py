@@ -81,6 +81,8 @@ def run(
                 raise
         signals = collector.close()
         manifest = _manifest(scenario, worlds, robot.model_id)
+        if robot.notes:
+            manifest["robot_notes"] = list(robot.notes)
         recordings: dict[int, str] = {}
         note = "no recordings: nothing was written to disk"
         if part is not None:

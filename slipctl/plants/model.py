@@ -89,10 +89,10 @@ def _adopted(own: OwnModel, written: int, size: int) -> Adopted | None:
     if own.path.suffix.lower() != ".urdf":
         spec = _spec(own.path)
         if {part.name for part in (*spec.pairs, *spec.sensors)} & set(_MARKS):
-            if own.left_wheel or own.right_wheel or own.keep_contacts:
+            if own != OwnModel(own.path):
                 raise ModelError(
                     f"{own}: it was written for slipctl and names its own parts: "
-                    "no left_wheel, right_wheel or keep_contacts"
+                    "no left_wheel, right_wheel, keep_contacts or caster_friction"
                 )
             return None
     return adopt(own)
@@ -165,6 +165,7 @@ def compile_model(
     speed_drive: bool = True,
     torque_limit: float | None = None,
     moving_floor: bool = False,
+    uneven_floor: bool = False,
 ) -> mujoco.MjModel:
     """Compile a model with the edits that change its structure.
 
@@ -181,6 +182,8 @@ def compile_model(
     moving_floor : bool
         Compile a floor whose surface may be moved later. MuJoCo ignores a surface velocity that is written
         into a model compiled without any, so it gets one of 1e-12 m/s.
+    uneven_floor : bool
+        Give every sphere that touches the floor a plane of its own, which can be moved later.
 
     Raises
     ------
@@ -201,6 +204,10 @@ def compile_model(
             actuator.ctrlrange = [-most, most]
         if most is not None:
             actuator.forcerange = [-most, most]
+    if uneven_floor:
+        from slipctl.plants.relief import give_planes
+
+        give_planes(spec)
     if moving_floor:
         spec.geom("floor").surfacevel = [1e-12, 0.0, 0.0, 0.0, 0.0, 0.0]
     return _compiled(spec, path)

@@ -19,6 +19,7 @@ from slipctl.scenario.json_schema import json_schema
 from slipctl.scenario.loading import World, load, read, worlds
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.override import override, sweep_over
+from slipctl.scenario.own_robot import is_path
 from slipctl.scenario.problems import Problem, ScenarioError
 from slipctl.scenario.references import Circle, FigureEight, Line, PointToPoint, Reference
 from slipctl.scenario.sensing import Sensing
@@ -67,6 +68,7 @@ __all__ = [
     "World",
     "canonical",
     "dump",
+    "is_path",
     "json_schema",
     "load",
     "override",

@@ -8,13 +8,13 @@ the reference and the sensors have modules of their own.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slipctl import shipped
 from slipctl.scenario.applies import ignored_problems
 from slipctl.scenario.base import lookup
 from slipctl.scenario.floor_checks import floor_problems
 from slipctl.scenario.law_checks import law_problems
+from slipctl.scenario.own_robot import model_problems
 from slipctl.scenario.path_checks import reference_problems, slip_problems
-from slipctl.scenario.problems import Problem, later, nearest, quote, show
+from slipctl.scenario.problems import Problem
 from slipctl.scenario.sensing_checks import sensing_problems
 from slipctl.scenario.values import has, misses_multiple, natural_duration, value_at
 
@@ -25,7 +25,7 @@ TICK_LIMIT = 10_000_000
 def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
     """Everything wrong between the keys of a file."""
     rules = (
-        _model,
+        model_problems,
         ignored_problems,
         _ground,
         floor_problems,
@@ -36,15 +36,6 @@ def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
         law_problems,
     )
     return [problem for rule in rules for problem in rule(raw)]
-
-
-def _model(raw: Mapping[str, Any]) -> Iterator[Problem]:
-    model, names = lookup(raw, "robot", "model"), shipped.model_names()
-    if isinstance(model, str) and model and model not in names:
-        if "/" in model or "\\" in model or model.lower().endswith((".xml", ".mjcf", ".urdf")):
-            yield later("robot.model", f"{show(model)}, a model by its path", names)
-        else:
-            yield Problem("robot.model", show(model), ", ".join(map(quote, names)), nearest(model, names))
 
 
 def _ground(raw: Mapping[str, Any]) -> Iterator[Problem]:

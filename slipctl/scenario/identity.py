@@ -10,8 +10,10 @@ from slipctl.scenario.applies import ignored
 from slipctl.scenario.base import lookup
 from slipctl.scenario.loading import sweep_table
 from slipctl.scenario.model import Scenario
+from slipctl.scenario.own_robot import content, is_path
 from slipctl.scenario.slip import SeriesSlip
 from slipctl.scenario.structure import ARRAYS
+from slipctl.scenario.tables import Robot
 
 
 def dump(scenario: Scenario) -> dict[str, Any]:
@@ -39,7 +41,8 @@ def canonical(scenario: Scenario) -> str:
     """Write the scenario as JSON text that depends only on what it means.
 
     Left out are name and description, keys at their defaults (so that a key added later does not change the
-    identity of scenarios without it) and tables that are then empty. A series of slip counts by its content.
+    identity of scenarios without it) and tables that are then empty. A series of slip and a model by its path
+    count by their content.
     Keys are sorted, numbers are floats however they were written. The sweep keeps its order, as that orders
     the worlds.
     """
@@ -60,6 +63,8 @@ def _essential(table: BaseModel) -> dict[str, Any]:
         if name == "sweep" or is_default or _is_as_left_out(table, name, value):
             continue
         result[name] = _plain(value)
+    if isinstance(table, Robot) and is_path(table.model):
+        result["model"] = content(table.model)
     if isinstance(table, SeriesSlip):
         del result["file"]
         result["content"] = table.series.content

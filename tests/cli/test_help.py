@@ -12,6 +12,7 @@ COMMANDS = (
     ["sweep"],
     ["view"],
     ["check"],
+    ["inspect"],
     ["scenario", "list"],
     ["scenario", "new"],
     ["scenario", "schema"],

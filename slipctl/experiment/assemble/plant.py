@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipctl.experiment.assemble.robot import RobotModel, paper_inertia
+from slipctl.experiment.assemble.robot import RobotModel, chosen_model, paper_inertia
 from slipctl.experiment.assemble.stack import World, gather
 from slipctl.simulate import Plant
 from slipctl.theory.slip import NoSlip, ProportionalSlip, SeriesSlip, SinusoidalSlip, SlipLaw
@@ -59,7 +59,7 @@ def _mujoco(worlds: Sequence[World], law: SlipLaw | None, robot: RobotModel, thr
     timestep = first.plant.timestep
     assert timestep is not None, "the file format gives MuJoCo a timestep"
     return MujocoPlant.build(
-        model=first.robot.model,
+        model=chosen_model(first),
         ground=ground(worlds),
         slip_law=law,
         timestep=timestep,

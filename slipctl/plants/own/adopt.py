@@ -119,7 +119,7 @@ def adopt(own: OwnModel) -> Adopted:
         keep_tyres(spec, model, path)
     else:
         load, casters = _standing(spec, own, mass, touch)
-        put_tyres(spec, compiled(spec, path), touch, load, casters)
+        put_tyres(spec, compiled(spec, path), touch, load, casters, own.caster_friction)
     return Adopted(
         spec,
         joints,

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
@@ -153,7 +155,12 @@ def add_drive(spec: mujoco.MjSpec, servo: float, limit: float) -> None:
 
 
 def put_tyres(
-    spec: mujoco.MjSpec, model: mujoco.MjModel, touch: Touch, load: Array, casters: list[Support]
+    spec: mujoco.MjSpec,
+    model: mujoco.MjModel,
+    touch: Touch,
+    load: Array,
+    casters: list[Support],
+    caster_friction: float | None,
 ) -> None:
     """Replace the contacts with the floor by soft ones, calibrated as in ``models/magellan_pro.xml``.
 
@@ -168,6 +175,8 @@ def put_tyres(
     load : (2,) array
         Of the left and right wheel [N].
     casters : list of Support
+    caster_friction : float or None
+        Of casters without a joint of their own, in place of the compiled one [1].
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -200,6 +209,10 @@ def put_tyres(
         )
     moved: set[str] = set()
     for caster in casters:
+        rigid = int(model.body_weldid[model.geom_bodyid[caster.geom]]) == model.body("base").id
+        if rigid and caster_friction is not None:
+            sliding = np.array([caster_friction, caster_friction, 0.005, 0.0001, 0.0001])
+            caster = replace(caster, dimension=3 if caster_friction > 0.0 else 1, friction=sliding)
         _soften(spec, model, data, caster, sag, float(load.mean()), moved)
     spec.body("base").pos = [0.0, 0.0, radius - 0.5 * sag]
 
