@@ -33,7 +33,7 @@ def yaw_inertia(bench: Bench) -> tuple[float, float]:
 
 
 def centre_ahead(bench: Bench) -> tuple[float, float]:
-    """Return how far the centre of mass lies ahead of the axle, by the coupling in ``mj_fullM`` and summed [mm]."""
+    """Return how far the centre of mass lies ahead of the axle, by ``mj_fullM`` and summed [mm]."""
     specimen, (masses, places, _) = bench.specimen, _parts(bench)
     full = specimen.rest.inertia
     felt = full[specimen.v + 5, specimen.v + 1] / specimen.rest.mass
@@ -67,7 +67,7 @@ def _casters(bench: Bench) -> Rest:
 
 
 def lift_off(bench: Bench) -> tuple[float, float]:
-    """Return the deceleration at which a caster loses the floor, and that at which it would have to pull [m/s²].
+    """Return the deceleration at which a caster lifts, and at which it would have to pull [m/s²].
 
     With no caster behind the axle: the acceleration.
     """

@@ -143,7 +143,7 @@ class Rest:
         return gain
 
     def spinning(self, friction: float, torque: float) -> float:
-        """Return the acceleration with spinning wheels, μ N / m; their torques [N·m] load the casters [m/s²]."""
+        """Return the acceleration with spinning wheels, μ N / m; torques [N·m] load the casters [m/s²]."""
         gain = 0.0
         for _ in range(50):
             spin = (torque - 0.5 * self.mass * gain * self.radius) / self.wheel_inertia

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl import scenario as files
-from slipctl.experiment import assemble, folder
+from slipctl.experiment import assemble, certified, folder
 from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
 from slipctl.experiment.record import record_worlds, worlds_to_record
@@ -166,6 +166,7 @@ def _manifest(scenario: files.Scenario, worlds: Sequence[files.World], model_id:
         "scenario": scenario.name,
         "scenario_id": files.scenario_id(scenario),
         "model_id": model_id,
+        "certified": certified.standing(worlds[0].scenario),
         "versions": versions(),
         "machine": machine(),
         "worlds": len(worlds),

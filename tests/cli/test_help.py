@@ -12,6 +12,7 @@ COMMANDS = (
     ["sweep"],
     ["view"],
     ["check"],
+    ["certify"],
     ["inspect"],
     ["scenario", "list"],
     ["scenario", "new"],
