@@ -27,11 +27,18 @@ from slipctl.plants.own.wheels import Axles, find_axles
 from slipctl.theory.robot import GRAVITY
 from slipctl.tick import Array
 
-SERVO_TIME = 0.00347
-"""Time in which a servo takes up what its wheel feels of the robot, the Magellan Pro's (assumed) [s]."""
+SERVO_TIME = 0.00291
+"""Time in which a servo takes up what its wheel feels of the robot, driving or turning, whichever is less:
+the Magellan Pro's (assumed) [s]."""
 
 LEAST_STIFF = 200.0
 """kv of a servo is at least this many times the damping of its joint, so that it droops by 0.5 % at most."""
+
+WHEEL_SHARE = 0.12
+"""What both wheels with their motors feel like, in shares of the mass: the Magellan Pro's (assumed) [1]."""
+
+STIFFEST_SERVO = 2.7
+"""Largest kv·timestep/(inertia of a wheel): the Magellan Pro's; above, robots overshoot their wheels [1]."""
 
 GRIP_SHARE = 0.54
 """Torque limit in shares of what slides the wheels at μ = 1, if the file has none: the Magellan Pro's."""
@@ -113,8 +120,14 @@ def adopt(own: OwnModel) -> Adopted:
     touch = touching(model, path)
     radius = float(touch.radius.mean())
     spec.body("base").pos = [0.0, 0.0, radius]
-    servo, limit = _drive(model, radius)
-    add_drive(spec, servo, limit)
+    motor = _motor(model, radius)
+    add_drive(spec, motor.servo, motor.limit)
+    if motor.armature > 0.0:
+        for side in WHEELS:
+            spec.joint(f"{side}_axle").armature = motor.armature
+        notes.append(
+            f"the file's motors have no inertia; {motor.armature:.2g} kg·m² at each wheel was added (assumed)"
+        )
     if own.keep_contacts:
         keep_tyres(spec, model, path)
     else:
@@ -160,18 +173,36 @@ def _verify(model: mujoco.MjModel, mass: float, axles: Axles, path: object) -> N
         raise UnusableModel(f"{path}: {now:g} kg of {mass:g} kg were carried over")
 
 
-def _drive(model: mujoco.MjModel, radius: float) -> tuple[float, float]:
-    """Return kv of a servo [N·m·s/rad] and the torque limit [N·m], both scaled to the robot."""
+@dataclass(frozen=True)
+class _Motor:
+    armature: float  # of each wheel, added [kg·m²]
+    servo: float  # kv [N·m·s/rad]
+    limit: float  # [N·m]
+
+
+def _motor(model: mujoco.MjModel, radius: float) -> _Motor:
+    """Return a motor that is to this robot what the Magellan Pro's is to it.
+
+    A file without any armature gets one: MuJoCo weighs the contacts without the servo's share of the step,
+    and a stiff servo on a wheel of no inertia makes the robot overshoot what its wheels turn.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     axles = [model.joint(f"{side}_axle") for side in WHEELS]
+    mass = float(full[0, 0])
     wheel = sum(float(full[a.dofadr[0], a.dofadr[0]]) for a in axles) / 2.0
-    felt = full[0, 0] * radius * radius / 2.0 + wheel
+    armature = 0.0
+    if all(float(a.armature[0]) == 0.0 for a in axles):
+        armature = max(0.0, WHEEL_SHARE * mass * radius * radius / 2.0 - wheel)
+    wheel += armature
     damping = max(float(a.damping[0]) for a in axles)
-    limit = GRIP_SHARE * float(full[0, 0]) * GRAVITY * radius / 2.0
-    return float(max(felt / SERVO_TIME, LEAST_STIFF * damping)), limit
+    half = abs(float(data.joint("left_axle").xanchor[1] - data.joint("right_axle").xanchor[1])) / 2.0
+    felt = radius * radius / 2.0 * min(mass, float(full[5, 5]) / (half * half)) + wheel
+    servo = max(felt / SERVO_TIME, LEAST_STIFF * damping)
+    stiffest = STIFFEST_SERVO * wheel / float(model.opt.timestep)
+    return _Motor(armature, min(servo, stiffest), GRIP_SHARE * mass * GRAVITY * radius / 2.0)
 
 
 def _standing(spec: mujoco.MjSpec, own: OwnModel, mass: float, touch: Touch) -> tuple[Array, list[Support]]:
