@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipctl.experiment import assemble
 from slipctl.experiment.batch import Run
 from slipctl.experiment.collect import SIGNALS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
-    from slipctl.scenario import Scenario, World
+    from slipctl.scenario import World
     from slipctl.tick import Shape
     from slipctl.view import Theorem
 
@@ -125,7 +126,7 @@ def record_worlds(
                 "seed": worlds[world].seed,
                 "tick": worlds[world].scenario.tick,
                 "units": UNITS,
-                **_floor(worlds[world].scenario),
+                **_floor(worlds[world]),
             },
         )
         for world in chosen
@@ -135,14 +136,17 @@ def record_worlds(
     return names
 
 
-def _floor(scenario: Scenario) -> dict[str, Any]:
+def _floor(world: World) -> dict[str, Any]:
     """Return what pictures need of the floor and of pushes, where there is more than one even floor."""
-    ground = scenario.ground
+    scenario, ground = world.scenario, world.scenario.ground
     told: dict[str, Any] = {
         "patches": [patch.model_dump() for patch in ground.patch],
         "changes": [change.model_dump() for change in ground.change],
         "pushes": [push.model_dump() for push in scenario.disturbance],
     }
+    uneven = assemble.terrain([world]) if ground.terrain is not None else None
+    if uneven is not None:
+        told["terrain"] = {name: values[0].tolist() for name, values in vars(uneven).items()}
     told = {name: entries for name, entries in told.items() if entries}
     if "changes" in told:
         told |= {"friction": min(ground.wheel_friction), "film": ground.film}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipctl.plants.model import WHEELS
 from slipctl.plants.patches import Change, Patch, changed, patched
 from slipctl.plants.standstill import Tyre
+from slipctl.plants.terrain import Terrain
 from slipctl.theory.robot import GRAVITY
 from slipctl.tick import Array, Slip
 
@@ -46,6 +47,8 @@ class Ground:
         Later ones lie on top of earlier ones.
     changes : tuple of Change
         Of the floor beside the patches, in the order of time.
+    terrain : Terrain or None
+        None for a level floor.
     """
 
     friction: Array
@@ -55,6 +58,7 @@ class Ground:
     downhill: Array
     patches: tuple[Patch, ...] = ()
     changes: tuple[Change, ...] = ()
+    terrain: Terrain | None = None
 
     @property
     def varies(self) -> bool:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from slipctl.plants.ground import Ground, floor_motion, lay, soften, viscosity
 from slipctl.plants.model import compile_model, find_model, model_id, shapes
-from slipctl.plants.pushes import Push
 from slipctl.plants.own import OwnModel
+from slipctl.plants.pushes import Push
 from slipctl.plants.rows import Columns, MujocoState, ahead, turned
 from slipctl.plants.standstill import Standstill, settle
 from slipctl.plants.stepping import Surroundings, advance
@@ -115,7 +115,14 @@ class MujocoPlant:
             If the model cannot be used.
         """
         path = find_model(model)
-        compiled = compile_model(path, timestep, speed_drive, torque_limit, moving_floor=slip_law is not None)
+        compiled = compile_model(
+            path,
+            timestep,
+            speed_drive,
+            torque_limit,
+            moving_floor=slip_law is not None,
+            uneven_floor=ground.terrain is not None,
+        )
         count = len(ground.friction)
         batch = Batch(compiled, nsim=count, nthread=threads)
         # on grip that does not move, whatever the ground
@@ -123,7 +130,7 @@ class MujocoPlant:
         lay(batch, ground, standstill.tyre)
         batch.bind("sensordata")
         columns, surroundings = _columns(batch), None
-        if ground.varies or pushes:
+        if ground.varies or pushes or ground.terrain is not None:
             surroundings = Surroundings.of(batch, ground, pushes, standstill, columns)
         return cls(
             batch=batch,
@@ -176,6 +183,9 @@ class MujocoPlant:
         rows[:, columns.wheel_rate] = wheel_rate
         if self._servos:
             rows[:, columns.control] = wheel_rate
+
+        if self._surroundings is not None:
+            rows = self._surroundings.set_down(rows)
 
         planned = apply_decoupling(
             start.forward_speed, cosine, sine, start.forward_acceleration, start.yaw_rate + slip.yaw

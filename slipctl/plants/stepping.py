@@ -19,12 +19,32 @@ from slipctl.plants.ground import Ground, rub, soften, viscosity
 from slipctl.plants.model import WHEELS, ModelError
 from slipctl.plants.patches import contact_points
 from slipctl.plants.pushes import Push, lever, mean_force
+from slipctl.plants.relief import Relief
 from slipctl.plants.rows import Columns, MujocoState
 from slipctl.plants.standstill import Standstill, inertia
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, Motion
 
 Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What acts in a physics step.
+
+    Attributes
+    ----------
+    friction : (N, 2) array
+        Under the wheels [1].
+    film : (N, 2, 2) array
+        Force of a film in places on the wheels, world x, y [N].
+    normal : (N, 2, 3) array or None
+        Of the floor under the wheels; None where it is level.
+    """
+
+    friction: Array
+    film: Array
+    normal: Array | None
 
 
 @dataclass(frozen=True)
@@ -45,6 +65,8 @@ class Surroundings:
         Worlds in which films are forces of their own.
     softened : (N,) bool array
         Worlds in which a film lies everywhere or nowhere, and comes or goes with time.
+    relief : Relief or None
+        Of an uneven floor.
     """
 
     ground: Ground
@@ -55,6 +77,7 @@ class Surroundings:
     arm: Array
     wet_in_places: Flags
     softened: Flags
+    relief: Relief | None
 
     @classmethod
     def of(
@@ -95,11 +118,12 @@ class Surroundings:
             arm=np.array(arm),
             wet_in_places=wet,
             softened=coming & ~wet,
+            relief=None if ground.terrain is None else Relief.of(batch, ground.terrain, columns),
         )
 
     def surround(
         self, batch: Batch, time: float, motion: Motion, rows: Array, sensors: Array, timestep: float
-    ) -> tuple[Array, Array]:
+    ) -> Acting:
         """Write what acts in the next physics step into the batch.
 
         Parameters
@@ -113,13 +137,6 @@ class Surroundings:
             The engine's states at that time and the sensors' last readings.
         timestep : float
             [s].
-
-        Returns
-        -------
-        friction : (N, 2) array
-            Under the wheels [1].
-        film : (N, 2, 2) array
-            Force of a film in places on the wheels, world x, y [N].
         """
         columns, ground = self.columns, self.ground
         acting = batch.bind("xfrc_applied")
@@ -149,7 +166,8 @@ class Surroundings:
             push = mean_force(self.pushes, time, timestep)
             acting[:, self.bodies[0], :2] = push
             acting[:, self.bodies[0], 3:] = lever(push, rows[:, columns.quaternion], self.arm)
-        return friction, force
+        normal = None if self.relief is None else self.relief.lay(batch, rows)
+        return Acting(friction, force, normal)
 
     def _rolling_radius(self, rows: Array) -> Array:
         """Return how far below its axle each wheel touches the floor (N, 2) [m]: midway in the overlap."""
@@ -159,23 +177,31 @@ class Surroundings:
         apart = self.standstill.half_track * tilt
         return self.standstill.wheel_radius + 0.5 * np.stack([rise + apart, rise - apart], axis=-1)
 
-    def told(self, sensors: Array, force: Array) -> Array:
-        """Return the sensors' readings with the forces (N, 2, 2) of films in places added."""
+    def told(self, sensors: Array, acting: Acting) -> Array:
+        """Return the sensors' readings with films in places added, as if the floor were level."""
         sensors = sensors.copy()
         for wheel, part in enumerate(self.columns.force):
-            sensors[:, part.start : part.start + 2] += force[:, wheel]
-        return sensors
+            sensors[:, part.start : part.start + 2] += acting.film[:, wheel]
+        if self.relief is None or acting.normal is None:
+            return sensors
+        return self.relief.told(sensors, acting.normal)
+
+    def set_down(self, rows: Array) -> Array:
+        """Return rows (N, nstate) at rest height on level floor as they are on this floor."""
+        return rows if self.relief is None else self.relief.set_down(rows, self.standstill.half_track)
 
     def forward(
         self, batch: Batch, state: MujocoState, observe: Callable[[MujocoState], Motion]
     ) -> tuple[Array, Array]:
         """Return what the sensors read at the start (N, nsensordata) and the friction (N, 2) there."""
         motion, timestep = observe(state), float(batch.model.opt.timestep)
+        loaded = np.zeros_like(batch.bind("sensordata"))
+        self.surround(batch, state.time, motion, state.rows, loaded, timestep)
         batch.forward()  # a film in places is limited by the load, which is known only now
         loaded = np.array(batch.bind("sensordata"))
-        friction, force = self.surround(batch, state.time, motion, state.rows, loaded, timestep)
+        acting = self.surround(batch, state.time, motion, state.rows, loaded, timestep)
         batch.forward()
-        return self.told(np.array(batch.bind("sensordata")), force), friction
+        return self.told(np.array(batch.bind("sensordata")), acting), acting.friction
 
     def advance(
         self,
@@ -197,19 +223,19 @@ class Surroundings:
         """
         timestep = float(batch.model.opt.timestep)
         stepping, sensors = running.copy(), state.sensors
-        friction, force = state.friction, np.zeros((*state.friction.shape, 2))
+        acting = Acting(state.friction, np.zeros((*state.friction.shape, 2)), None)
         for k in range(steps):
             if not stepping.any():
                 break
             with np.errstate(invalid="ignore"):
                 motion = observe(replace(state, rows=batch.state))
-                friction, force = self.surround(
+                acting = self.surround(
                     batch, state.time + k * timestep, motion, batch.state, sensors, timestep
                 )
             stepping = advance(batch, stepping, 1)
             sensors = np.array(batch.bind("sensordata"))
-        sensors = np.where(running[:, None], self.told(sensors, force), state.sensors)
-        return stepping, sensors, np.where(running[:, None], friction, state.friction)
+        sensors = np.where(running[:, None], self.told(sensors, acting), state.sensors)
+        return stepping, sensors, np.where(running[:, None], acting.friction, state.friction)
 
 
 def advance(batch: Batch, running: Flags, steps: int) -> Flags:

@@ -13,7 +13,7 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
-from slipctl.scenario.floor import Change, Disc, Disturbance, Patch, Rectangle, Stripes
+from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
 from slipctl.scenario.loading import World, load, read, worlds
@@ -31,6 +31,7 @@ from slipctl.scenario.templates import template
 __all__ = [
     "Axis",
     "Believes",
+    "Bumps",
     "Change",
     "Circle",
     "Controller",
@@ -65,6 +66,8 @@ __all__ = [
     "Span",
     "Start",
     "Stripes",
+    "Terrain",
+    "Waves",
     "World",
     "canonical",
     "dump",

@@ -70,6 +70,31 @@ class Stripes(Table):
 Patch = Annotated[Rectangle | Disc | Stripes, Field(discriminator="kind")]
 
 
+class Waves(Table):
+    """`[ground.terrain]`, straight waves."""
+
+    kind: Literal["waves"] = quantity(
+        "Straight waves, z = amplitude · sin(2π s/wavelength), s from the origin"
+    )
+    amplitude: float = quantity("Height of the crests above the middle", "m", gt=0)
+    wavelength: float = quantity("From crest to crest", "m", gt=0)
+    heading_deg: float = quantity(
+        "World direction in which the waves follow each other", "deg", 0.0, ge=-360, le=360
+    )
+
+
+class Bumps(Table):
+    """`[ground.terrain]`, bumps at random."""
+
+    kind: Literal["bumps"] = quantity("Bumps without direction: seven waves at random phases, all around")
+    amplitude: float = quantity("Largest possible height; the root mean square is 0.267 of it", "m", gt=0)
+    wavelength: float = quantity("Wavelength of the waves", "m", gt=0)
+    seed: Annotated[int, BeforeValidator(_whole)] = quantity("Seed of the phases", "", 0, ge=0, lt=2**63)
+
+
+Terrain = Annotated[Waves | Bumps, Field(discriminator="kind")]
+
+
 class Change(Table):
     """`[[ground.change]]`: from a time on the floor beside the patches is another one."""
 

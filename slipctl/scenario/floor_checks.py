@@ -26,9 +26,16 @@ def _patches(raw: Mapping[str, Any]) -> Iterator[Problem]:
         if creeps and "film" in entry:
             allowed = "one of ground.creep_stiffness and films"
             yield Problem(dotted((*path, "film"), raw), "it together with ground.creep_stiffness", allowed)
-    if _film_somewhere(raw) and lookup(raw, "ground", "patch") and lookup(raw, "slip") is not None:
-        found = "it together with [slip], whose floor moves under the film"
-        yield Problem("ground.patch", found, "films on a floor with patches, or [slip]")
+    if _film_somewhere(raw) and lookup(raw, "ground", "patch"):
+        if lookup(raw, "slip") is not None:
+            found = "it together with [slip], whose floor moves under the film"
+            yield Problem("ground.patch", found, "films on a floor with patches, or [slip]")
+        if lookup(raw, "ground", "terrain") is not None:
+            found = "it together with patches and a film, whose force is that of level floor"
+            yield Problem("ground.terrain", found, "ground.terrain, or films on a floor with patches")
+    if lookup(raw, "ground", "terrain") is not None and lookup(raw, "slip") is not None:
+        found = "it together with [slip], whose moving floor is level"
+        yield Problem("ground.terrain", found, "one of ground.terrain and [slip]")
 
 
 def _film_somewhere(raw: Mapping[str, Any]) -> bool:

@@ -8,8 +8,8 @@ from typing import Any
 
 from slipctl.scenario.applies import ignored
 from slipctl.scenario.axes import Axis
-from slipctl.scenario.later import later_key
-from slipctl.scenario.problems import Problem, later, nearest, quote
+from slipctl.scenario.base import lookup
+from slipctl.scenario.problems import Problem, nearest, quote
 from slipctl.scenario.structure import ARRAYS, KINDS, Path, is_number, table_at
 from slipctl.scenario.values import controllers, entries
 
@@ -24,6 +24,8 @@ def sweepable(raw: Mapping[str, Any]) -> list[str]:
     """Dotted keys of a file that hold numbers and play a part, whether given or at their defaults."""
     sections = ["robot", "plant", "ground", "reference", "start", "sensing"]
     places: list[tuple[str, Path]] = [("", ()), *((f"{name}.", (name,)) for name in sections)]
+    if lookup(raw, "ground", "terrain") is not None:
+        places.append(("ground.terrain.", ("ground", "terrain")))
     if "slip" in raw:
         places.insert(4, ("slip.", ("slip",)))
     places += [(f"{'.'.join(map(str, path))}.", path) for names in ARRAYS for path, _ in entries(raw, *names)]
@@ -81,10 +83,7 @@ def _unsweepable(key: str, valid: Sequence[str], labels: Sequence[str]) -> Probl
     if section == "controller" and rest and rest[0] not in (*labels, EVERY):
         found = f"no controller labelled {quote(rest[0])}"
         return Problem(where, found, ", ".join(labels), nearest(rest[0], labels))
-    what = later_key(".".join([section, *(rest[1:] if section == "controller" else rest)]))
     alike = [name for name in valid if name.startswith("controller.") == (section == "controller")]
-    if what is not None:
-        return later(where, what, alike)
     return Problem(
         where, "a key that does not exist or is not a number", ", ".join(alike), nearest(key, alike)
     )

@@ -24,6 +24,7 @@ KINDS: dict[str, dict[str, type[Table]]] = {
     "reference": _kinds(references.Reference),
     "controller": _kinds(controllers.Controller),
     "ground.patch": _kinds(floor.Patch),
+    "ground.terrain": _kinds(floor.Terrain),
 }
 """The kinds of each table that has some, with their classes."""
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from slipctl.scenario.base import AsTuple, Table, quantity
-from slipctl.scenario.floor import Change, Patch
+from slipctl.scenario.floor import Change, Patch, Terrain
 
 
 class Robot(Table):
@@ -109,6 +109,7 @@ class Ground(Table):
     )
     slope_deg: float = quantity("Slope of the floor (gravity is tilted)", "deg", 0.0, ge=0, le=45)
     downhill_deg: float = quantity("World direction in which the slope descends", "deg", 0.0, ge=-360, le=360)
+    terrain: Terrain | None = quantity("Uneven floor (level unless given)", "", None)
     patch: Annotated[tuple[Patch, ...], AsTuple] = quantity(
         "Parts of the floor with a friction of their own; later ones lie on top", "", ()
     )

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 
+from slipctl.plants.terrain import Terrain
 from slipctl.view.colours import Rgb
 from slipctl.view.events import Event
 from slipctl.view.tracks import Array, Track, nanoseconds
@@ -22,6 +24,9 @@ PUSH_HEIGHT = 0.10  # m, about that of a centre of mass
 LAYER = 0.0006  # m between patches that overlap, so that the later one shows
 CORNERS = 48  # of a disc
 MOST_STRIPES = 200
+MOST_STEPS = 220  # of the terrain's mesh along the longer side of the scene
+LOWEST: Rgb = (0x16, 0x1A, 0x1F)
+HIGHEST: Rgb = (0x5C, 0x64, 0x6E)
 
 
 def log_ground(rec: rr.RecordingStream, info: Mapping[str, Any], low: Array, high: Array) -> None:
@@ -30,6 +35,7 @@ def log_ground(rec: rr.RecordingStream, info: Mapping[str, Any], low: Array, hig
         outlines = [outline for outline in outlines_of(patch, low, high) if len(outline) >= 3]
         if not outlines:
             continue
+        height = lift(info, np.array([outline.mean(axis=0) for outline in outlines]))
         points, triangles, middles = [], [], []
         for outline in outlines:
             first = len(points)
@@ -43,10 +49,11 @@ def log_ground(rec: rr.RecordingStream, info: Mapping[str, Any], low: Array, hig
             vertex_normals=[[0.0, 0.0, 1.0]] * len(points),
             vertex_colors=[colour] * len(points),
         )
-        rec.log(f"/ground/patches/{index}", mesh, static=True, strict=True)
+        if info.get("terrain") is None:  # else the terrain itself has the patch's colour
+            rec.log(f"/ground/patches/{index}", mesh, static=True, strict=True)
         text = _surface(patch.get("friction"), patch.get("film"))
         label = rr.Points3D(
-            [[*middles[len(middles) // 2], 0.004]],
+            [[*middles[len(middles) // 2], 0.004 + height[len(middles) // 2]]],
             radii=[0.004],
             colors=[colour],
             labels=[text],
@@ -71,6 +78,50 @@ def _log_changes(rec: rr.RecordingStream, info: Mapping[str, Any], low: Array, h
     labels = [_surface(friction, film) for _, friction, film in states]
     columns = rr.Boxes3D.columns(colors=colours, labels=labels)
     rec.send_columns("/ground/state", [times], columns, strict=True)
+
+
+def lift(info: Mapping[str, Any], points: Array) -> Array:
+    """Return the height (n,) of the floor under points (n, 2) [m]; 0 where it is level."""
+    told = info.get("terrain")
+    if told is None:
+        return np.zeros(len(points))
+    parts = (np.array(told[name], dtype=np.float64)[None] for name in ("amplitude", "wave_vector", "phase"))
+    return Terrain(*parts).relief(np.nan_to_num(points)[None])[0][0]
+
+
+def log_terrain(rec: rr.RecordingStream, info: Mapping[str, Any], low: Array, high: Array) -> None:
+    """Write the uneven floor between two corners (2,) of the scene [m], patches in their colours."""
+    longest = float(np.max(high - low))
+    waves = np.array(info["terrain"]["wave_vector"], dtype=np.float64)
+    step = max(1.0 / (16.0 * float(np.max(np.hypot(waves[:, 0], waves[:, 1])))), longest / MOST_STEPS)
+    xs, ys = np.arange(low[0], high[0] + step, step), np.arange(low[1], high[1] + step, step)
+    x, y = (grid.ravel() for grid in np.meshgrid(xs, ys, indexing="ij"))
+    flat = np.stack([x, y], axis=1)
+    height = lift(info, flat)
+    top = max(float(np.max(np.abs(height))), 1e-9)
+    bare = np.array(LOWEST) + (0.5 + 0.5 * height / top)[:, None] * (np.array(HIGHEST) - np.array(LOWEST))
+    for patch in info.get("patches") or ():
+        for outline in outlines_of(patch, low, high):
+            bare[_inside(flat, outline)] = colour_of(patch.get("friction"), patch.get("film"))
+    corner = (np.arange(len(xs) - 1)[:, None] * len(ys) + np.arange(len(ys) - 1)).ravel()
+    right, up = corner + len(ys), corner + 1
+    mesh = rr.Mesh3D(
+        vertex_positions=np.column_stack([flat, height]),
+        triangle_indices=np.concatenate(
+            [np.stack([corner, right, right + 1], axis=1), np.stack([corner, right + 1, up], axis=1)]
+        ),
+        vertex_colors=np.round(bare).astype(np.uint8),
+    )
+    rec.log("/ground/terrain", mesh, static=True, strict=True)
+
+
+def _inside(points: Array, outline: Array) -> NDArray[np.bool_]:
+    """Return which points (n, 2) lie in a convex outline, counter-clockwise."""
+    inside = np.full(len(points), len(outline) >= 3)
+    for here, there in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        side, way = there - here, points - here
+        inside &= side[0] * way[:, 1] - side[1] * way[:, 0] >= 0
+    return inside
 
 
 def log_pushes(rec: rr.RecordingStream, root: str, track: Track, rows: Any, info: Mapping[str, Any]) -> None:

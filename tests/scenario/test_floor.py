@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from slipctl.scenario import Disc, Stripes, load, read, scenario_id, template, worlds
+from slipctl.scenario import Bumps, Disc, Stripes, load, read, scenario_id, template, worlds
 from tests.scenario.documents import EIGHT, PAPER, TORQUE, changed, only, refused
 
 DISC = {"kind": "disc", "friction": 0.1, "x": 1.0, "y": 0.0, "radius": 0.2}
@@ -20,8 +20,10 @@ def floor(**ground):
 def test_patches_changes_and_pushes_are_read():
     document = floor(patch=[DISC, STRIPES], change=[{"time": 1.0, "friction": 0.2}])
     scenario = read(changed(document, {"disturbance": [PUSH]}))
-    assert [type(patch) for patch in scenario.ground.patch] == [Disc, Stripes]
-    assert (scenario.ground.patch[1].x, scenario.ground.patch[1].count) == (0.0, None)
+    disc, stripes = scenario.ground.patch
+    assert isinstance(disc, Disc)
+    assert isinstance(stripes, Stripes)
+    assert (stripes.x, stripes.count) == (0.0, None)
     assert (scenario.ground.change[0].film, scenario.ground.change[0].dry) == (None, False)
     assert scenario.disturbance[0].force == 10.0
 
@@ -81,6 +83,26 @@ def test_films_in_patches_do_not_go_with_a_moving_floor():
     assert "together with [slip], whose floor moves under the film" in wet.found
 
 
+def test_terrain_is_read_swept_and_refused_where_it_does_not_fit():
+    bumps = {"kind": "bumps", "amplitude": 0.01, "wavelength": 0.6, "seed": 5}
+    assert read(floor(terrain=bumps)).ground.terrain == Bumps(**bumps)
+    grid = worlds(read({**floor(terrain=bumps), "sweep": {"ground.terrain.seed": [1, 2]}}))
+    assert [world.scenario.ground.terrain.model_dump()["seed"] for world in grid] == [1, 2]
+    ignored = only(floor(terrain={**bumps, "heading_deg": 3.0}))
+    assert str(ignored) == (
+        "ground.terrain.heading_deg: found a key of waves, which bumps would ignore; "
+        "allowed: kind, amplitude, wavelength, seed"
+    )
+    assert only(floor(terrain={**bumps, "kind": "steps"})).allowed == '"waves", "bumps"'
+    assert only(floor(terrain=3.0)).allowed == "a table, kinds: waves, bumps"
+    belt = only(changed(floor(terrain=bumps), {"slip": {"kind": "proportional", "lateral": 0.1}}))
+    assert "[slip], whose moving floor is level" in belt.found
+    wet = only(floor(terrain=bumps, patch=[{**DISC, "film": 20.0}]))
+    assert "patches and a film" in wet.found
+    assert refused(floor(terrain=bumps, patch=[DISC])) == []
+    assert scenario_id(read(floor(terrain=bumps))) != scenario_id(read(floor(terrain={**bumps, "seed": 6})))
+
+
 def test_entries_of_arrays_are_swept_by_their_index():
     document = floor(patch=[DISC, {**STRIPES, "count": 2}])
     document["disturbance"] = [PUSH]
@@ -90,7 +112,9 @@ def test_entries_of_arrays_are_swept_by_their_index():
         "disturbance.0.force": [5.0],
     }
     grid = worlds(read(document))
-    assert [(w.scenario.ground.patch[0].friction, w.scenario.ground.patch[1].count) for w in grid] == [
+    assert [
+        (w.scenario.ground.patch[0].friction, w.scenario.ground.patch[1].model_dump()["count"]) for w in grid
+    ] == [
         (0.1, 1), (0.1, 2), (0.3, 1), (0.3, 2),
     ]  # fmt: skip
     assert {w.scenario.disturbance[0].force for w in grid} == {5.0}
@@ -121,7 +145,7 @@ def test_the_identity_counts_what_differs_and_only_that():
     )
 
 
-@pytest.mark.parametrize("name", ["ice-stripes", "puddle", "push", "sudden-rain"])
+@pytest.mark.parametrize("name", ["ice-stripes", "puddle", "push", "sudden-rain", "bumpy-floor"])
 def test_templates_of_such_scenarios_mean_the_same(name):
     assert scenario_id(read(tomllib.loads(template(name, "mine")))) == scenario_id(load(name))
 

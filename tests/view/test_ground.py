@@ -129,6 +129,22 @@ def test_a_push_is_an_arrow_into_the_robot_while_it_lasts(recording: Recording) 
     assert np.add(origin, vectors[0][0]) == pytest.approx([*robot, PUSH_HEIGHT], abs=1e-6)
 
 
+def test_an_uneven_floor_is_a_mesh_and_what_lies_on_it_follows_it(tmp_path: Path) -> None:
+    terrain = {"amplitude": [0.05], "wave_vector": [[0.5, 0.0]], "phase": [0.0]}
+    info = {"scenario": "waves", "terrain": terrain, "patches": [DISC]}
+    path = write(tmp_path / "waves.rrd", signals(1), [RunInfo(1, "robust", "robust_kinematic")], info)
+    uneven = Recording(path)
+    (chunk,) = [c for c in uneven.chunks if c.entity_path == "/ground/terrain"]
+    batch = chunk.to_record_batch()
+    x, _, z = np.array(batch.column("Mesh3D:vertex_positions").to_pylist()[0]).T
+    assert z == pytest.approx(0.05 * np.sin(np.pi * x), abs=1e-6)
+    assert len(set(batch.column("Mesh3D:vertex_colors").to_pylist()[0])) > 3
+    reference = np.array(uneven.static("/reference/path", "LineStrips3D:strips"))
+    assert reference[:, 2] == pytest.approx(0.05 * np.sin(np.pi * reference[:, 0]), abs=0.01)
+    assert "/ground/floor" not in uneven.entities
+    assert "/ground/patches/0" not in uneven.entities
+
+
 def test_a_plain_floor_is_drawn_as_before(tmp_path: Path) -> None:
     runs = [RunInfo(1, "robust", "robust_kinematic")]
     plain = Recording(write(tmp_path / "plain.rrd", signals(1), runs, {"scenario": "ice"}))

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipctl.experiment.assemble.stack import World, gather
-from slipctl.plants.ground import Ground
 from slipctl.plants.patches import Change, Patch
 from slipctl.plants.pushes import Push
+from slipctl.plants.terrain import Terrain
 from slipctl.tick import Array
+
+if TYPE_CHECKING:
+    from slipctl.plants.ground import Ground
 
 
 def ground(worlds: Sequence[World]) -> Ground:
     """Return what the wheels of a batch stand on."""
+    from slipctl.plants.ground import Ground
 
     def each(read: Callable[[Any], float | None]) -> Array:
         return gather(worlds, lambda s: _or_nan(read(s.ground)))
@@ -29,8 +33,24 @@ def ground(worlds: Sequence[World]) -> Ground:
         slope=np.radians(each(lambda g: g.slope_deg)),
         downhill=np.radians(each(lambda g: g.downhill_deg)),
         patches=tuple(_patch(worlds, index) for index in range(len(first.patch))),
+        terrain=terrain(worlds),
         changes=tuple(_change(worlds, index) for index in range(len(first.change))),
     )
+
+
+def terrain(worlds: Sequence[World]) -> Terrain | None:
+    """Return the unevenness of a batch's floor, None where it is level."""
+    first = worlds[0].scenario.ground.terrain
+    if first is None:
+        return None
+
+    def each(name: str) -> Array:
+        return gather(worlds, lambda s: getattr(s.ground.terrain, name))
+
+    if first.kind == "waves":
+        return Terrain.waves(each("amplitude"), each("wavelength"), np.radians(each("heading_deg")))
+    seeds = [getattr(world.scenario.ground.terrain, "seed", 0) for world in worlds]
+    return Terrain.bumps(each("amplitude"), each("wavelength"), seeds)
 
 
 def pushes(worlds: Sequence[World]) -> tuple[Push, ...]:
