@@ -120,13 +120,13 @@ def driven_joints(model: mujoco.MjModel) -> set[int]:
     pushed = set()
     for actuator in range(model.nu):
         target = int(model.actuator_trnid[actuator, 0])
-        kind = model.actuator_trntype[actuator]
+        kind = mujoco.mjtTrn(model.actuator_trntype[actuator])
         if kind in (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT):
             pushed.add(target)
         elif kind == mujoco.mjtTrn.mjTRN_TENDON:
             first = int(model.tendon_adr[target])
             for wrap in range(first, first + int(model.tendon_num[target])):
-                if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+                if mujoco.mjtWrap(model.wrap_type[wrap]) == mujoco.mjtWrap.mjWRAP_JOINT:
                     pushed.add(int(model.wrap_objid[wrap]))
     return pushed
 
