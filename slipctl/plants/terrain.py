@@ -20,14 +20,14 @@ WAVES = 7
 MOST_CURVED = 0.3
 """Largest curvature of the floor times the radius of a sphere on it; at 1 a hollow would touch it twice."""
 
-NEAREST_ROUNDS = 5
+NEAREST_ROUNDS = 4
 """Rounds of the search for the nearest point; each leaves at most `MOST_CURVED` of the error."""
 
-_SINE = tuple((-1.0) ** k * (2.0 * math.pi) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(11))
+_SINE = tuple((-1.0) ** k * (2.0 * math.pi) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(9))
 
 
 def sine(turns: Array) -> Array:
-    """Return sin(2π·turns) to 1e-14, with additions and products only.
+    """Return sin(2π·turns) to 1e-13, with additions and products only.
 
     The library's sine may round differently in batches of another size; these do not.
     """
@@ -90,14 +90,15 @@ class Terrain:
 
     def relief(self, points: Array) -> tuple[Array, Array]:
         """Return height (N, M) [m] and gradient (N, M, 2) [1] under points (N, M, 2) [m]."""
-        height, gradient = np.zeros(points.shape[:2]), np.zeros(points.shape)
-        for k in range(self.amplitude.shape[1]):
-            vector, amplitude = self.wave_vector[:, k, None, :], self.amplitude[:, k, None]
-            turns = points[..., 0] * vector[..., 0] + points[..., 1] * vector[..., 1] + self.phase[:, k, None]
-            height = height + amplitude * sine(turns)
-            slope = 2.0 * math.pi * amplitude * sine(turns + 0.25)
-            gradient = gradient + slope[..., None] * vector
-        return height, gradient
+        x, y = (self.wave_vector[..., axis].T[:, :, None] for axis in range(2))  # (K, N, 1)
+        turns = x * points[..., 0] + y * points[..., 1] + self.phase.T[:, :, None]
+        both = sine(np.stack([turns, turns + 0.25]))
+        size = self.amplitude.T[:, :, None]
+        rise, slope = size * both[0], (2.0 * math.pi) * size * both[1]
+        height, east, north = rise[0], x[0] * slope[0], y[0] * slope[0]
+        for k in range(1, len(size)):  # one after the other: a library's sum may choose another order
+            height, east, north = height + rise[k], east + x[k] * slope[k], north + y[k] * slope[k]
+        return height, np.stack([east, north], axis=-1)
 
     def nearest(self, centres: Array) -> tuple[Array, Array]:
         """Return the floor's points nearest to points above it and its normals there, (N, M, 3) each."""

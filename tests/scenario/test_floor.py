@@ -87,7 +87,7 @@ def test_terrain_is_read_swept_and_refused_where_it_does_not_fit():
     bumps = {"kind": "bumps", "amplitude": 0.01, "wavelength": 0.6, "seed": 5}
     assert read(floor(terrain=bumps)).ground.terrain == Bumps(**bumps)
     grid = worlds(read({**floor(terrain=bumps), "sweep": {"ground.terrain.seed": [1, 2]}}))
-    assert [world.scenario.ground.terrain.model_dump()["seed"] for world in grid] == [1, 2]
+    assert [world.scenario.model_dump()["ground"]["terrain"]["seed"] for world in grid] == [1, 2]
     ignored = only(floor(terrain={**bumps, "heading_deg": 3.0}))
     assert str(ignored) == (
         "ground.terrain.heading_deg: found a key of waves, which bumps would ignore; "
