@@ -178,7 +178,7 @@ def inspect(model: str | Path | OwnModel) -> Inspection:
         weight_share=share,
         wheels=wheels,
         casters=casters,
-        servo=float(compiled.actuator("left_wheel").gainprm[0]),
+        servo=-float(compiled.actuator("left_wheel").biasprm[2]),
         torque_limit=float(compiled.actuator("left_wheel").forcerange[1]),
         yaw_realised=drive.yaw_realised,
         servo_droop=drive.droop,

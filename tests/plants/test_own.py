@@ -267,3 +267,41 @@ def test_a_viewer_sees_the_wheels_on_their_axles(tmp_path):
         axis = np.zeros(3)
         mujoco.mju_rotVecQuat(axis, np.array([0.0, 0.0, 1.0]), rim.quaternion)
         assert np.abs(axis) == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+
+
+def test_servos_are_as_quick_as_the_magellan_pro_s_and_make_up_for_damping(tmp_path):
+    """The motor that a file without one gets makes (kv + damping)·timestep/(wheel inertia) 2.7, as there."""
+    text = mjcf().replace('axis="0 0 1"', 'axis="0 0 1" damping="0.3"')
+    model = compile_model(written(tmp_path, text))
+    at_rest = settle(model)
+    felt = inertia(model, WheelGeometry(at_rest.wheel_radius, at_rest.half_track))
+    kv = -float(model.actuator("left_wheel").biasprm[2])
+    assert float(model.actuator("left_wheel").gainprm[0]) == pytest.approx(kv + 0.3)
+    assert (kv + 0.3) * 0.001 / felt.wheel_inertia == pytest.approx(2.7, rel=1e-6)
+    turning = felt.yaw_inertia / HALF_TRACK**2
+    assert (0.5 * RADIUS**2 * min(felt.mass, turning) + felt.wheel_inertia) / kv == pytest.approx(
+        0.00291, rel=1e-3
+    )
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qpos[3:7] = at_rest.height, at_rest.quaternion
+    data.ctrl[:] = 2.0
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    assert data.joint("left_axle").qvel[0] == pytest.approx(2.0, rel=2e-3)
+    assert made(written(tmp_path, text)).notes[-1].startswith("the file's motors have no inertia")
+
+
+def test_a_motor_in_the_file_stays_as_it_is(tmp_path):
+    text = mjcf().replace('axis="0 0 1"', 'axis="0 0 1" armature="0.002"')
+    model = compile_model(written(tmp_path, text))
+    assert model.joint("left_axle").armature[0] == 0.002
+    assert not any("motors" in note for note in made(written(tmp_path, text)).notes)
+
+
+def test_wheels_roll_on_the_middle_of_their_treads(tmp_path):
+    """An axle that is off by 0.05 degrees, as -1.57 for a right angle, stands on one edge of its cylinder."""
+    model = compile_model(written(tmp_path, mjcf().replace("-90 0 0", "-89.95 0 0")))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for side, y in (("left", HALF_TRACK), ("right", -HALF_TRACK)):
+        assert data.geom(f"{side}_tyre").xpos[1] == pytest.approx(y, abs=1e-6)

@@ -14,15 +14,8 @@ from slipctl.plants.errors import UnusableModel
 from slipctl.plants.own.choice import OwnModel
 from slipctl.plants.own.contacts import WHEELS, Support, Touch, carried, mean_forces, supports, touching
 from slipctl.plants.own.reading import compiled, quiet, read_spec
-from slipctl.plants.own.surgery import (
-    add_drive,
-    graft,
-    held_joints,
-    keep_tyres,
-    lay_floor,
-    put_tyres,
-    start_spec,
-)
+from slipctl.plants.own.surgery import add_drive, graft, held_joints, lay_floor, start_spec
+from slipctl.plants.own.tyres import keep_tyres, put_tyres
 from slipctl.plants.own.wheels import Axles, find_axles
 from slipctl.theory.robot import GRAVITY
 from slipctl.tick import Array
@@ -31,14 +24,9 @@ SERVO_TIME = 0.00291
 """Time in which a servo takes up what its wheel feels of the robot, driving or turning, whichever is less:
 the Magellan Pro's (assumed) [s]."""
 
-LEAST_STIFF = 200.0
-"""kv of a servo is at least this many times the damping of its joint, so that it droops by 0.5 % at most."""
-
-WHEEL_SHARE = 0.12
-"""What both wheels with their motors feel like, in shares of the mass: the Magellan Pro's (assumed) [1]."""
-
 STIFFEST_SERVO = 2.7
-"""Largest kv·timestep/(inertia of a wheel): the Magellan Pro's; above, robots overshoot their wheels [1]."""
+"""Largest (kv + damping)·timestep/(inertia of a wheel): the Magellan Pro's; above, robots overshoot their
+wheels [1]."""
 
 GRIP_SHARE = 0.54
 """Torque limit in shares of what slides the wheels at μ = 1, if the file has none: the Magellan Pro's."""
@@ -121,7 +109,7 @@ def adopt(own: OwnModel) -> Adopted:
     radius = float(touch.radius.mean())
     spec.body("base").pos = [0.0, 0.0, radius]
     motor = _motor(model, radius)
-    add_drive(spec, motor.servo, motor.limit)
+    add_drive(spec, motor.servo, motor.damping, motor.limit)
     if motor.armature > 0.0:
         for side in WHEELS:
             spec.joint(f"{side}_axle").armature = motor.armature
@@ -177,6 +165,7 @@ def _verify(model: mujoco.MjModel, mass: float, axles: Axles, path: object) -> N
 class _Motor:
     armature: float  # of each wheel, added [kg·m²]
     servo: float  # kv [N·m·s/rad]
+    damping: tuple[float, ...]  # of the joints, which the servos make up for [N·m·s/rad]
     limit: float  # [N·m]
 
 
@@ -193,16 +182,19 @@ def _motor(model: mujoco.MjModel, radius: float) -> _Motor:
     axles = [model.joint(f"{side}_axle") for side in WHEELS]
     mass = float(full[0, 0])
     wheel = sum(float(full[a.dofadr[0], a.dofadr[0]]) for a in axles) / 2.0
+    half = abs(float(data.joint("left_axle").xanchor[1] - data.joint("right_axle").xanchor[1])) / 2.0
+    felt = radius * radius / 2.0 * min(mass, float(full[5, 5]) / (half * half))
+    damping = tuple(float(a.damping[0]) for a in axles)
+    share = float(model.opt.timestep) / STIFFEST_SERVO
     armature = 0.0
     if all(float(a.armature[0]) == 0.0 for a in axles):
-        armature = max(0.0, WHEEL_SHARE * mass * radius * radius / 2.0 - wheel)
+        # what lets a servo of that time be no stiffer than the stiffest
+        enough = share * (felt / SERVO_TIME + max(damping)) / (1.0 - share / SERVO_TIME)
+        armature = max(0.0, enough - wheel)
     wheel += armature
-    damping = max(float(a.damping[0]) for a in axles)
-    half = abs(float(data.joint("left_axle").xanchor[1] - data.joint("right_axle").xanchor[1])) / 2.0
-    felt = radius * radius / 2.0 * min(mass, float(full[5, 5]) / (half * half)) + wheel
-    servo = max(felt / SERVO_TIME, LEAST_STIFF * damping)
-    stiffest = STIFFEST_SERVO * wheel / float(model.opt.timestep)
-    return _Motor(armature, min(servo, stiffest), GRIP_SHARE * mass * GRAVITY * radius / 2.0)
+    servo = (felt + wheel) / SERVO_TIME
+    servo = min(servo, max(wheel / share - max(damping), 0.1 * servo))
+    return _Motor(armature, servo, damping, GRIP_SHARE * mass * GRAVITY * radius / 2.0)
 
 
 def _standing(spec: mujoco.MjSpec, own: OwnModel, mass: float, touch: Touch) -> tuple[Array, list[Support]]:

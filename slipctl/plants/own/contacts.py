@@ -46,7 +46,7 @@ class Touch:
     radius : (2,) array
         From the axle down to the contact, left and right [m].
     offset : (2,) array
-        From the joint's anchor to the contact along the axle, to the left [m].
+        From the joint's anchor to the middle of the tread along the axle, to the left [m].
     count : (2,) array of int
         Contacts per wheel.
     """
@@ -104,7 +104,10 @@ def touching(model: mujoco.MjModel, path: object) -> Touch:
         anchor = data.joint(f"{side}_axle").xanchor
         bottom = sum(float(c.pos[2] + 0.5 * c.dist) for c in found) / len(found)
         radius.append(round(float(anchor[2]) - bottom, 9))
-        offset.append(round(sum(float(c.pos[1]) for c in found) / len(found) - float(anchor[1]), 9))
+        # the middle of the tread, not the contact: an axle that is 0.05 degrees off stands on one edge
+        met = [geom for geom in geoms if any(geom in c.geom for c in found)]
+        middle = sum(float(data.geom_xpos[geom][1]) for geom in met) / len(met)
+        offset.append(round(middle - float(anchor[1]), 9))
         count.append(len(found))
     if min(radius) <= 0.0 or abs(radius[0] - radius[1]) > 0.01 * max(radius):
         raise UnusableModel(f"{path}: the wheels have radii of {radius[0]:.4g} and {radius[1]:.4g} m")
