@@ -17,7 +17,7 @@ FRICTION = 0.2
 
 LARGEST_SLIP = 2.5
 """Speed of the spinning wheels over the floor at which traction is read at the latest [m/s]: the speed limit
-of a scenario that names none. Slip adds to the wheels' load, 0.1 % for every metre per second."""
+of a scenario that names none. Slip adds to the wheels' load, 0.16 % for every m/s here."""
 
 
 def _threshold(bench: Bench, sideways: bool) -> float:

@@ -24,9 +24,6 @@ from slipctl.tick import Array, Motion, Reference, Slip, SpeedCommand, Start, Wh
 TICK = 0.01
 """Control period [s]."""
 
-SHARE = 0.25
-"""Share of the largest film that is tried: between a wet floor and the tyre itself [1]."""
-
 
 def _full(value: float) -> Array:
     return np.full(1, float(value))
@@ -134,7 +131,7 @@ def _paper_path() -> tuple[Reference, Start]:
     zero = np.zeros(1)
     ends = [np.array([[x, y, math.pi / 2.0, 0.15]]) for x, y in ((0.0, 0.0), (1.2, 1.5))]
     plan = PointToPoint(ends[0], ends[1], _full(20.0), Placement(zero, zero, zero))
-    planned = plan.at(np.arange(2001) * TICK).each(
+    planned = plan.at(np.arange(2001, dtype=np.float64) * TICK).each(
         lambda array: np.ascontiguousarray(np.swapaxes(array, 0, 1))
     )
     speed, heading, push, turn = flat_to_state(planned.velocity[0], planned.acceleration[0])

@@ -99,7 +99,7 @@ class Rest:
         gravity : float
             Towards the ground [m/s²].
         """
-        half = self.geometry.half_track
+        half = self.half_track
         x = np.concatenate([[0.0, 0.0], self.caster_place[:, 0]])
         y = np.concatenate([[half, -half], self.caster_place[:, 1]])
         at_rest = np.concatenate([self.load, self.caster])

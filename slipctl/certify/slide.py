@@ -132,7 +132,7 @@ HOPS = (
     "a sliding wheel hops: in a stiff contact slip adds to the normal force; give the tyre a solref in "
     "direct format and a constant solimp"
 )
-PYRAMID = 'the pyramidal friction cone is stronger along its edges: use cone="elliptic"'
+PYRAMID = 'the pyramidal friction cone does not give μN in every direction: use cone="elliptic"'
 
 FIXTURES = (
     Fixture("sliding_deceleration_longitudinal", "m/s²", 1e-3, True, "μ N / m", HOPS, longitudinal),
