@@ -102,9 +102,7 @@ def pitch(bench: Bench) -> tuple[float, float]:
 
     trace = bench.specimen.rig(ROUGH, free=True).stand().run(2.0, pull)
     window = trace.since(1.5)
-    return -1e3 * float(
-        trace.pitch[window].mean() - trace.pitch[0]
-    ), 1e3 * rest.pitching / rest.pitch_stiffness
+    return -1e3 * float(trace.pitch[window].mean() - trace.pitch[0]), 1e3 * rest.nose_up(1.0)
 
 
 FIXTURES = (

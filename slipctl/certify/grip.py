@@ -30,6 +30,8 @@ def _threshold(bench: Bench, sideways: bool) -> float:
         # a robot held on a slope leans as one that is accelerated uphill
         loads = rest.loads(0.0 if sideways else pull, pull if sideways else 0.0, gravity=down)
         held = FRICTION * float(loads[:2].sum()) / rest.mass
+        if sideways:
+            held = rest.sideways(FRICTION, loads)
         low, high = (slope, high) if pull < held else (low, slope)
     return (low + high) / 2.0
 
@@ -155,7 +157,9 @@ def lateral_limit(bench: Bench) -> tuple[float, float]:
     """Return the largest v²/R that a circle is held at, by bisection of the speed, and μN/m [m/s²]."""
     rest = bench.specimen.rest
     radius = 8.0 * rest.half_track
-    expected = rest.sliding(FRICTION, 0.0, 1.0)
+    expected = FRICTION * GRAVITY
+    for _ in range(20):
+        expected = rest.sideways(FRICTION, rest.loads(0.0, expected))
     low, high = 0.5 * expected, 1.5 * expected
     for _ in range(11):
         middle = (low + high) / 2.0

@@ -85,15 +85,21 @@ def _creep(bench: Bench, downhill: float) -> tuple[float, float]:
     rest = bench.specimen.rest
     stiffness = round(2.5 * rest.mass * GRAVITY)
     slope = math.radians(4.0)
-    motion, _, slip = _drive(bench, _ground(bench, 0.2, slope, downhill, creep=stiffness), 1.0, 0.0, 1.5)
-    ratio = math.hypot(float(slip.longitudinal[0]), float(slip.lateral[0])) / abs(
-        float(motion.forward_speed[0])
+    motion, contact, slip = _drive(
+        bench, _ground(bench, 0.2, slope, downhill, creep=stiffness), 1.0, 0.0, 1.5
     )
-    return rest.mass * GRAVITY * math.sin(slope) / (2.0 * ratio), stiffness
+    force = np.hypot(contact.longitudinal_force[0], contact.lateral_force[0])
+    rim = rest.radius * motion.wheel_rate[0]
+    arm = np.array([rest.half_track, -rest.half_track])
+    # over the floor, at each wheel: a robot whose mass is not over its axle turns a little
+    rolled = (rim[0] + rim[1]) / 2.0
+    ahead = rolled - slip.longitudinal[0] - motion.heading_rate[0] * arm - rim
+    ratio = np.hypot(ahead, slip.lateral[0]) / np.abs(rim)
+    return float(force.sum() / ratio.sum()), stiffness
 
 
 def creep_uphill(bench: Bench) -> tuple[float, float]:
-    """Return the pull down 4 degrees over the slip ratio, per wheel, driving up, and the stiffness [N]."""
+    """Return friction over slip ratio of the wheels, driving up 4 degrees, and the stiffness [N]."""
     return _creep(bench, math.pi)
 
 
@@ -198,8 +204,8 @@ PATH = "slip where there should be none: creep (impratio), curves (b_t), or two 
 FIXTURES = (
     Fixture("film_constant", "N·s/m", 1e-3, True, "C = F / 2v", FILM, film_straight),
     Fixture("film_constant_turning", "N·s/m", 0.02, True, "C = F / 2v_s", FILM, film_turning),
-    Fixture("creep_law_uphill", "N", 0.02, True, "C_κ = F / 2κ", FILM, creep_uphill),
-    Fixture("creep_law_across", "N", 0.02, True, "C_κ = F / 2κ", FILM, creep_across),
+    Fixture("creep_law_uphill", "N", 0.02, True, "C_κ = F / κ", FILM, creep_uphill),
+    Fixture("creep_law_across", "N", 0.02, True, "C_κ = F / κ", FILM, creep_across),
     Fixture("belt_longitudinal_slip", "mm/s", 0.1, False, "as prescribed", BELT, belt_longitudinal),
     Fixture("belt_lateral_slip", "mm/s", 0.1, False, "as prescribed", BELT, belt_lateral),
     Fixture("belt_yaw_slip", "mrad/s", 0.3, False, "as prescribed", BELT, belt_yaw),

@@ -131,6 +131,27 @@ class Rest:
             loss = friction * float(self.loads(-loss * ahead, -loss * left)[:2].sum()) / self.mass
         return loss
 
+    def sideways(self, friction: float, load: Array) -> float:
+        """Return the largest lateral acceleration that wheels under these loads can give [m/s²].
+
+        Where the centre of mass is not over the axle, part of each wheel's friction must keep the robot from
+        turning, and only what the friction circle leaves is lateral.
+        """
+        gain = 0.0
+        for _ in range(50):
+            turning = 0.5 * self.mass * gain * float(self.centre[0]) / self.half_track
+            left = np.maximum((friction * load[:2]) ** 2 - turning**2, 0.0)
+            gain = float(np.sqrt(left).sum()) / self.mass
+        return gain
+
+    def nose_up(self, acceleration: float) -> float:
+        """Return the pitch that a steady acceleration [m/s²] of the wheels gives [rad]."""
+        change = self.loads(acceleration, 0.0, acceleration / self.radius) - self.loads()
+        far = int(np.argmax(np.abs(self.caster_place[:, 0])))
+        caster = change[2 + far] * self.caster_depth[far] / self.caster[far]
+        wheel = float((change[:2] * self.wheel_depth / self.load).mean())
+        return float(wheel - caster) / float(self.caster_place[far, 0]) * self.spring / self.pitch_stiffness
+
     def torque(self, acceleration: float) -> float:
         """Return the torque of each wheel that gives a robot in grip an acceleration [N·m]."""
         return 0.5 * acceleration * (self.mass * self.radius + 2.0 * self.wheel_inertia / self.radius)

@@ -74,14 +74,16 @@ def _towed(bench: Bench, friction: float, sideways: bool) -> Trace:
     """Tow the robot, wheels locked, at a steady 1 m/s for 1.5 s."""
     rest = bench.specimen.rest
     ahead = friction * float(rest.load.sum())
+    # a robot with casters behind only would fall on its nose
+    way = -1.0 if len(rest.caster) and (rest.caster_place[:, 0] < 0.0).all() else 1.0
 
     def pull(rig: Rig, time: float) -> None:
-        along = float(rig.data.qvel[bench.specimen.v + int(sideways)])
-        force = ahead + 10.0 * rest.mass * (1.0 - along)
+        along = way * float(rig.data.qvel[bench.specimen.v + int(sideways)])
+        force = way * (ahead + 10.0 * rest.mass * (1.0 - along))
         rig.tow((0.0, force) if sideways else (force, 0.0))
 
     rig = bench.specimen.rig(friction=friction, locked=True)
-    return rig.stand(velocity=(0.0, 1.0) if sideways else (1.0, 0.0)).run(1.5, pull)
+    return rig.stand(velocity=(0.0, way) if sideways else (way, 0.0)).run(1.5, pull)
 
 
 def _airborne(bench: Bench, friction: float) -> tuple[float, float]:
