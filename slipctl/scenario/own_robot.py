@@ -32,6 +32,11 @@ def model_problems(raw: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem("robot.model", show(model), allowed, nearest(model, names))
     elif not Path(model).is_file():
         yield Problem("robot.model", f"{model}, where there is no file", "the path of an MJCF or URDF file")
+    elif lookup(raw, "robot", "keep_contacts") is True:
+        for key in ("film", "creep_stiffness"):
+            if lookup(raw, "ground", key) is not None:
+                allowed = "none with robot.keep_contacts = true: it holds on calibrated contacts only"
+                yield Problem(f"ground.{key}", show(lookup(raw, "ground", key)), allowed)
 
 
 def with_whole_path(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:

@@ -12,7 +12,8 @@ class Robot(Table):
     """`[robot]`: the model, how it is driven, and the limits of what it is commanded."""
 
     model: str = quantity(
-        "Robot model: the name of a shipped one, or the path of an MJCF or URDF file from here", min_length=1
+        "Robot model: the name of a shipped one, or the path of an MJCF or URDF file, seen from this file",
+        min_length=1,
     )
     left_wheel: str | None = quantity(
         "Name of the joint that drives on the left, in a model by its path; guessed where it is obvious",

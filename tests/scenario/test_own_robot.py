@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slipctl.scenario import canonical, dump, is_path, load, read, scenario_id
-from tests.scenario.documents import PAPER, changed, only
+from tests.scenario.documents import EIGHT, PAPER, changed, only
 
 ROBOT = "<mujoco><worldbody><body/></worldbody></mujoco>"
 
@@ -51,6 +51,14 @@ def test_kept_contacts_are_kept_for_the_casters_too(folder):
         "robot.caster_friction": 0.1,
     }
     assert only(changed(PAPER, given)).key == "robot.caster_friction"
+
+
+@pytest.mark.parametrize("key", ["film", "creep_stiffness"])
+def test_a_film_needs_the_calibrated_contacts(folder, key):
+    given = {"robot.model": str(folder / "robot.xml"), "robot.keep_contacts": True, f"ground.{key}": 100.0}
+    problem = only(changed(EIGHT, given))
+    assert problem.key == f"ground.{key}"
+    read(changed(EIGHT, given | {"robot.keep_contacts": False}))
 
 
 def test_the_identity_is_that_of_the_file_s_content_wherever_it_lies(folder):
