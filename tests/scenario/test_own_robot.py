@@ -55,7 +55,7 @@ def test_kept_contacts_are_kept_for_the_casters_too(folder):
 
 @pytest.mark.parametrize("key", ["film", "creep_stiffness"])
 def test_a_film_needs_the_calibrated_contacts(folder, key):
-    given = {"robot.model": str(folder / "robot.xml"), "robot.keep_contacts": True, f"ground.{key}": 100.0}
+    given = {"robot.model": str(folder / "robot.xml"), "robot.keep_contacts": True, "ground": {key: 100.0}}
     problem = only(changed(EIGHT, given))
     assert problem.key == f"ground.{key}"
     read(changed(EIGHT, given | {"robot.keep_contacts": False}))
