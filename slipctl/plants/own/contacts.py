@@ -23,7 +23,7 @@ DEPTH = 1e-6
 SAG = 0.006
 """Share of the wheel's radius by which its load presses the tyre in (assumed) [1].
 
-Less than the Magellan Pro's 0.0087: the bodies of small robots pitch more, and a film would miss its constant.
+Less than the Magellan Pro's 0.0087: small robots pitch more, and a film would miss its constant.
 The rule for a tyre: K = (load of the wheel at rest)/(SAG·r), with the damping ratio `DAMPING`; a caster that
 carries a share likewise, so that all sink alike and carry what they did on the rigid contacts of the file.
 """
