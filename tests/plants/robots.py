@@ -58,8 +58,9 @@ def urdf(joint: str = "continuous", extra: str = "") -> str:
 
     def link(name: str, mass: float, shape: str) -> str:
         inertia = " ".join(f'{axis}="{0.002 * mass}"' for axis in ("ixx", "iyy", "izz"))
+        centre = "-0.03 0 0.02" if mass > 1 else "0 0 0"
         return f"""
-  <link name="{name}"><inertial><origin xyz="{"-0.03 0 0.02" if mass > 1 else "0 0 0"}"/><mass value="{mass}"/>
+  <link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>
     <inertia {inertia} ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>"""
 
     tyre = f'<cylinder radius="{RADIUS}" length="0.03"/>'
