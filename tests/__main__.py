@@ -24,7 +24,8 @@ STEPS: dict[str, list[str]] = {
     "ruff format": program("ruff", "format", "--check", "."),
     "pyright": program("pyright", "--pythonpath", sys.executable),
     "import-linter": program("lint-imports"),
-    "slipctl check": program("slipctl", "check"),
+    "slipctl certify": program("slipctl", "certify"),
+    "slipctl check": program("slipctl", "check", "--require-certified"),
     "pytest": program("pytest", "-n", "auto", "--durations", "10"),
 }
 

@@ -83,4 +83,4 @@ def test_the_steps_are_those_that_a_change_must_pass():
     from tests import __main__ as steps
 
     names = [Path(command[0]).name for command in steps.STEPS.values()]
-    assert names == ["ruff", "ruff", "pyright", "lint-imports", "slipctl", "pytest"]
+    assert names == ["ruff", "ruff", "pyright", "lint-imports", "slipctl", "slipctl", "pytest"]

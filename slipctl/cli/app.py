@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 
+from slipctl.cli.certify import certify
 from slipctl.cli.check import check
+from slipctl.cli.inspect import inspect
 from slipctl.cli.run import run, sweep
 from slipctl.cli.scenario import scenarios
 from slipctl.cli.study import studies
@@ -47,5 +49,7 @@ app.command(epilog="Example: slipctl run friction-sweep --view")(run)
 app.command(epilog="Example: slipctl sweep paper-kinematic --over start.x_offset=0,0.05,0.1")(sweep)
 app.command(epilog="Example: slipctl view runs/friction-sweep")(view)
 app.command(epilog="Example: slipctl check friction-sweep wet-slope")(check)
+app.command(epilog="Example: slipctl certify magellan_pro --json > certificate.json")(certify)
+app.command(epilog="Example: slipctl inspect my-robot.urdf")(inspect)
 app.add_typer(scenarios, name="scenario")
 app.add_typer(studies, name="study")

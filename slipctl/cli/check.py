@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slipctl.cli.certify import RequireCertified, require
 from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Quiet, Threads
 from slipctl.cli.progress import interruptible, progress_bar
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from slipctl.regression import Report
+    from slipctl.scenario import Scenario
 
 
 def check(
@@ -37,6 +39,7 @@ def check(
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
+    require_certified: RequireCertified = False,
 ) -> None:
     """Run scenarios and compare them with their committed baselines.
 
@@ -57,7 +60,9 @@ def check(
             file=sys.stderr,
         )
         raise typer.Exit(Exit.NOT_JUDGED)
-    _refuse_unreadable(names)
+    loaded = _read(names)
+    if require_certified:
+        require(loaded)
     reports = []
     for name in names:
         stopped = f"interrupted; {name} was not judged"
@@ -95,22 +100,25 @@ def as_json(reports: Sequence[Report], passed: bool) -> dict:
     return {"passed": passed, "results": results}
 
 
-def _refuse_unreadable(names: Sequence[str]) -> None:
+def _read(names: Sequence[str]) -> list[Scenario]:
     """Read every scenario before the first is run: a misspelt name must not cost minutes."""
     from slipctl.scenario import load
 
-    for name in names:
-        load(name)
+    return [load(name) for name in names]
 
 
 def _show(report: Report, updated: bool) -> None:
     from rich.console import Console
 
+    from slipctl.report.certificate import standing_line
     from slipctl.report.findings import lines
 
     console = Console(highlight=False)
     for line in lines(report.scenario, [finding.json() for finding in report.findings], updated):
         console.print(line, soft_wrap=True)
+    certified = standing_line(report.certified, report.model)
+    if certified is not None:
+        console.print(f"  {certified}", markup=False, soft_wrap=True)
 
 
 def _say_failures(reports: Sequence[Report]) -> None:

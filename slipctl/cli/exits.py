@@ -29,10 +29,11 @@ def explain(error: Exception) -> Exit:
     """
     from slipctl.experiment.folder import OutputError
     from slipctl.experiment.record import RecordChoiceError
+    from slipctl.plants.errors import ModelError
     from slipctl.scenario import ScenarioError
     from slipctl.view import RecordingError, ViewerError
 
-    if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError):
+    if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError | ModelError):
         print(error, file=sys.stderr)
         return Exit.BAD_INPUT
     if isinstance(error, RecordingError | ViewerError):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from slipctl.cli.certify import RequireCertified, require
 from slipctl.cli.exits import Exit
 from slipctl.cli.options import Json, Out, Quiet, Record, Source, Threads, View
 from slipctl.cli.progress import interruptible, progress_bar
@@ -29,11 +30,15 @@ def run(
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
+    require_certified: RequireCertified = False,
 ) -> None:
     """Run a scenario, the whole grid where it has one, and show its controllers side by side."""
     from slipctl.scenario import load
 
-    execute(load(source), out, record, view, json_output, quiet, threads)
+    scenario = load(source)
+    if require_certified:
+        require([scenario])
+    execute(scenario, out, record, view, json_output, quiet, threads)
 
 
 def sweep(
@@ -81,27 +86,33 @@ def execute(
         done = result.metrics.num_rows
         print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED)
+    for note in result.manifest.get("robot_notes", ()):
+        print(f"robot: {note}", file=sys.stderr)
     payload = result.json()
     _say_ended_early(payload["runs"])
     if json_output:
         print(json.dumps(payload, allow_nan=False, ensure_ascii=False))
     elif not quiet:
-        _show(result, payload)
+        _show(result, payload, scenario.robot.model)
     if view:
         from slipctl.cli.view import show_folder
 
         show_folder(result.folder)
 
 
-def _show(result: Result, payload: dict[str, Any]) -> None:
+def _show(result: Result, payload: dict[str, Any], model: str) -> None:
     from rich.console import Console
 
+    from slipctl.report.certificate import standing_line
     from slipctl.report.table import results
 
     console = Console(highlight=False)
     console.print(payload["scenario"], style="bold", markup=False)
     for line in results(payload, result.metrics.column("end_time").to_pylist()):
         console.print(line, soft_wrap=True)
+    certified = standing_line(result.manifest.get("certified"), model)
+    if certified is not None:
+        console.print(f"\n{certified}", markup=False, soft_wrap=True)
     console.print(f"\n{result.recording_note} · {result.folder}", markup=False, soft_wrap=True)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipctl.experiment import assemble
 from slipctl.experiment.batch import Run
 from slipctl.experiment.collect import SIGNALS
 from slipctl.metrics import UNITS
@@ -125,6 +126,7 @@ def record_worlds(
                 "seed": worlds[world].seed,
                 "tick": worlds[world].scenario.tick,
                 "units": UNITS,
+                **_floor(worlds[world]),
             },
         )
         for world in chosen
@@ -132,6 +134,23 @@ def record_worlds(
     bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
     write_recordings(folder, folder / SIGNALS, recordings, bodies)
     return names
+
+
+def _floor(world: World) -> dict[str, Any]:
+    """Return what pictures need of the floor and of pushes, where there is more than one even floor."""
+    scenario, ground = world.scenario, world.scenario.ground
+    told: dict[str, Any] = {
+        "patches": [patch.model_dump() for patch in ground.patch],
+        "changes": [change.model_dump() for change in ground.change],
+        "pushes": [push.model_dump() for push in scenario.disturbance],
+    }
+    uneven = assemble.terrain([world]) if ground.terrain is not None else None
+    if uneven is not None:
+        told["terrain"] = {name: values[0].tolist() for name, values in vars(uneven).items()}
+    told = {name: entries for name, entries in told.items() if entries}
+    if "changes" in told:
+        told |= {"friction": min(ground.wheel_friction), "film": ground.film}
+    return told
 
 
 def _theorem(config: Any) -> Theorem | None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl import scenario as files
-from slipctl.experiment import assemble, folder
+from slipctl.experiment import assemble, certified, folder
 from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
 from slipctl.experiment.record import record_worlds, worlds_to_record
@@ -81,6 +81,8 @@ def run(
                 raise
         signals = collector.close()
         manifest = _manifest(scenario, worlds, robot.model_id)
+        if robot.notes:
+            manifest["robot_notes"] = list(robot.notes)
         recordings: dict[int, str] = {}
         note = "no recordings: nothing was written to disk"
         if part is not None:
@@ -164,6 +166,7 @@ def _manifest(scenario: files.Scenario, worlds: Sequence[files.World], model_id:
         "scenario": scenario.name,
         "scenario_id": files.scenario_id(scenario),
         "model_id": model_id,
+        "certified": certified.standing(worlds[0].scenario),
         "versions": versions(),
         "machine": machine(),
         "worlds": len(worlds),

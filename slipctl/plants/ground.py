@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from mujoco.batch import Batch
+from numpy.typing import NDArray
 
 from slipctl.plants.model import WHEELS
+from slipctl.plants.patches import Change, Patch, changed, patched
 from slipctl.plants.standstill import Tyre
+from slipctl.plants.terrain import Terrain
 from slipctl.theory.robot import GRAVITY
 from slipctl.tick import Array, Slip
 
@@ -40,6 +43,12 @@ class Ground:
         Angle of the ground [rad].
     downhill : (N,) array
         World direction of gravity's part along the ground [rad].
+    patches : tuple of Patch
+        Later ones lie on top of earlier ones.
+    changes : tuple of Change
+        Of the floor beside the patches, in the order of time.
+    terrain : Terrain or None
+        None for a level floor.
     """
 
     friction: Array
@@ -47,6 +56,26 @@ class Ground:
     creep_stiffness: Array
     slope: Array
     downhill: Array
+    patches: tuple[Patch, ...] = ()
+    changes: tuple[Change, ...] = ()
+    terrain: Terrain | None = None
+
+    @property
+    def varies(self) -> bool:
+        """Whether place or time decide what is under a wheel."""
+        return bool(self.patches or self.changes)
+
+    def wet_in_places(self) -> NDArray[np.bool_]:
+        """Return which worlds (N,) have patches and a film somewhere: it may be under one wheel only."""
+        wet = ~np.isnan(self.film)
+        for part in (*self.patches, *self.changes):
+            wet = wet | ~np.isnan(part.film)
+        return wet & bool(self.patches)
+
+    def under(self, points: Array, time: float) -> tuple[Array, Array]:
+        """Return friction and film (NaN for none), (N, 2), under contact points (N, 2, 2) at a time [s]."""
+        film = np.broadcast_to(self.film[:, None], self.friction.shape)
+        return patched(self.patches, points, *changed(self.changes, time, self.friction, film))
 
     @classmethod
     def flat(cls, friction: float | Array, count: int = 1) -> Ground:
@@ -170,11 +199,19 @@ def _tyre_pairs(batch: Batch) -> list[int]:
     return [batch.model.pair(f"{side}_tyre").id for side in WHEELS]
 
 
-def soften(batch: Batch, viscosity: Array, tyre: Tyre) -> None:
-    """Write into every world how friction gives way below its limit, (N, 2) [N·s/m], NaN for grip."""
+def soften(batch: Batch, viscosity: Array, tyre: Tyre, worlds: NDArray[np.bool_] | None = None) -> None:
+    """Write into every world, or some, how friction gives way: viscosity (N, 2) [N·s/m], NaN for grip."""
     contact = grip(tyre, viscosity)
-    batch.expand("opt.impratio")[...] = contact.impratio
-    batch.expand("pair_solreffriction")[:, _tyre_pairs(batch)] = contact.solreffriction(tyre)
+    some = np.ones(len(viscosity), dtype=bool) if worlds is None else worlds
+    batch.expand("opt.impratio")[some] = contact.impratio[some]
+    pairs = batch.expand("pair_solreffriction")
+    for wheel, pair in enumerate(_tyre_pairs(batch)):
+        pairs[some, pair] = contact.solreffriction(tyre)[some, wheel]
+
+
+def rub(batch: Batch, friction: Array) -> None:
+    """Write the friction (N, 2) under the wheels into every world."""
+    batch.expand("pair_friction")[:, _tyre_pairs(batch), :2] = friction[:, :, None]
 
 
 def lay(batch: Batch, ground: Ground, tyre: Tyre) -> None:
@@ -188,8 +225,8 @@ def lay(batch: Batch, ground: Ground, tyre: Tyre) -> None:
     tyre : Tyre
         Of the compiled model.
     """
-    batch.expand("pair_friction")[:, _tyre_pairs(batch), :2] = ground.friction[:, :, None]
+    rub(batch, ground.friction)
     if (ground.slope != 0.0).any():
         batch.expand("opt.gravity")[...] = gravity(ground)
-    if not np.isnan(ground.film).all():
+    if not np.isnan(ground.film).all() and not ground.varies:
         soften(batch, viscosity(ground, np.zeros_like(ground.friction)), tyre)

@@ -6,20 +6,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch, SimulationError
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from slipctl.plants.ground import Ground, floor_motion, lay, soften, viscosity
 from slipctl.plants.model import compile_model, find_model, model_id, shapes
+from slipctl.plants.own import OwnModel
+from slipctl.plants.pushes import Push
 from slipctl.plants.rows import Columns, MujocoState, ahead, turned
 from slipctl.plants.standstill import Standstill, settle
+from slipctl.plants.stepping import Surroundings, advance
 from slipctl.theory.flatness import apply_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import NoSlip, SlipLaw, slipping_velocity
@@ -66,11 +67,12 @@ class MujocoPlant:
     model_id: str
     wheel_rate_limit: float
     _columns: Columns
+    _surroundings: Surroundings | None
 
     @classmethod
     def build(
         cls,
-        model: str | Path = "magellan_pro",
+        model: str | Path | OwnModel = "magellan_pro",
         *,
         ground: Ground,
         slip_law: SlipLaw | None = None,
@@ -80,12 +82,13 @@ class MujocoPlant:
         wheel_rate_limit: float = math.inf,
         arena: float | Array = 50.0,
         threads: int = 1,
+        pushes: tuple[Push, ...] = (),
     ) -> MujocoPlant:
         """Compile a model and put it on its ground, one robot per world of `ground`.
 
         Parameters
         ----------
-        model : str or Path
+        model : str, Path or OwnModel
             A shipped model's name or a path.
         ground : Ground
             (N,) worlds.
@@ -103,6 +106,8 @@ class MujocoPlant:
             [m].
         threads : int
             On which the worlds are stepped; 0 takes every core.
+        pushes : tuple of Push
+            On every world.
 
         Raises
         ------
@@ -110,13 +115,23 @@ class MujocoPlant:
             If the model cannot be used.
         """
         path = find_model(model)
-        compiled = compile_model(path, timestep, speed_drive, torque_limit, moving_floor=slip_law is not None)
+        compiled = compile_model(
+            path,
+            timestep,
+            speed_drive,
+            torque_limit,
+            moving_floor=slip_law is not None,
+            uneven_floor=ground.terrain is not None,
+        )
         count = len(ground.friction)
         batch = Batch(compiled, nsim=count, nthread=threads)
         # on grip that does not move, whatever the ground
         standstill = settle(compile_model(path, timestep, speed_drive, torque_limit))
         lay(batch, ground, standstill.tyre)
         batch.bind("sensordata")
+        columns, surroundings = _columns(batch), None
+        if ground.varies or pushes or ground.terrain is not None:
+            surroundings = Surroundings.of(batch, ground, pushes, standstill, columns)
         return cls(
             batch=batch,
             ground=ground,
@@ -126,7 +141,8 @@ class MujocoPlant:
             geometry=shapes(compiled),
             model_id=model_id(path),
             wheel_rate_limit=wheel_rate_limit,
-            _columns=_columns(batch),
+            _columns=columns,
+            _surroundings=surroundings,
         )
 
     @property
@@ -168,13 +184,20 @@ class MujocoPlant:
         if self._servos:
             rows[:, columns.control] = wheel_rate
 
+        if self._surroundings is not None:
+            rows = self._surroundings.set_down(rows)
+
         planned = apply_decoupling(
             start.forward_speed, cosine, sine, start.forward_acceleration, start.yaw_rate + slip.yaw
         )
-        state = MujocoState(rows, np.empty(0), planned, 0.0, np.zeros(len(rows), dtype=np.int8))
+        status = np.zeros(len(rows), dtype=np.int8)
+        state = MujocoState(rows, np.empty(0), planned, 0.0, status, self.ground.friction)
         self._load(state, rows[:, columns.control], tick=0.0)
-        self.batch.forward()
-        return replace(state, sensors=np.array(self.batch.bind("sensordata")))
+        if self._surroundings is None:
+            self.batch.forward()
+            return replace(state, sensors=np.array(self.batch.bind("sensordata")))
+        sensors, friction = self._surroundings.forward(self.batch, state, self.observe)
+        return replace(state, sensors=sensors, friction=friction)
 
     def observe(self, state: MujocoState) -> Motion:
         """Return the motion at the state's instant."""
@@ -183,7 +206,7 @@ class MujocoPlant:
     def details(self, state: MujocoState) -> tuple[BodyPose, WheelContact]:
         """Return the poses, and the wheels' forces over the last physics step (at the start: the first)."""
         return self._columns.pose(state.rows), self._columns.contact(
-            state.rows, state.sensors, self.ground.friction
+            state.rows, state.sensors, state.friction
         )
 
     def step(self, state: MujocoState, command: Command, tick: float) -> MujocoState:
@@ -203,19 +226,19 @@ class MujocoPlant:
             return replace(state, time=state.time + tick)
         self._load(state, self._told(state, command), tick)
         warned = self.batch.warning[..., 1].copy()
-        good = running.copy()
-        try:
-            with _no_log_file():
-                self.batch.step(None if running.all() else running, steps)
-        except SimulationError as error:
-            good[error.ids] = False
+        if self._surroundings is None:
+            good, sensors = advance(self.batch, running, steps), np.array(self.batch.bind("sensordata"))
+            friction = state.friction
+        else:
+            good, sensors, friction = self._surroundings.advance(
+                self.batch, state, self.observe, running, steps
+            )
 
         # A bad world resets itself: only a warning, or a clock that did not advance, tells.
         rows = self.batch.state.copy()
         good &= (self.batch.warning[..., 1] == warned).all(axis=1)
         good &= np.abs(rows[:, 0] - state.rows[:, 0] - tick) < 0.5 * timestep
         good &= np.isfinite(rows).all(axis=1)
-        sensors = np.array(self.batch.bind("sensordata"))
         columns = self._columns
         with np.errstate(invalid="ignore"):
             acceleration = (rows[:, columns.velocity] - state.rows[:, columns.velocity]) / tick
@@ -223,7 +246,7 @@ class MujocoPlant:
             rows[~good], sensors[~good] = state.rows[~good], state.sensors[~good]
             acceleration[~good] = state.acceleration[~good]
         status = self._judged(state.status, rows, running, good)
-        return MujocoState(rows, sensors, acceleration, state.time + tick, status)
+        return MujocoState(rows, sensors, acceleration, state.time + tick, status, friction)
 
     def _judged(self, status: Statuses, rows: Array, running: Flags, good: Flags) -> Statuses:
         new = status.copy()
@@ -266,17 +289,6 @@ class MujocoPlant:
             slip = self.slip_law.affine(state.time).at(motion.forward_speed)
             surface = floor_motion(slip, *ahead(motion, 0.5 * tick))
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
-
-
-@contextmanager
-def _no_log_file() -> Iterator[None]:
-    """Keep MuJoCo from writing MUJOCO_LOG.TXT into the user's folder: the status of the world says it all."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def _columns(batch: Batch) -> Columns:

@@ -36,6 +36,8 @@ class MujocoState:
     status : (N,) int8 array
         Values of `Status`. A world that tipped or left keeps the state in which it did; one that diverged
         keeps the last good one.
+    friction : (N, 2) array
+        Under the left and right wheel in the last physics step [1].
     """
 
     rows: Array
@@ -43,6 +45,7 @@ class MujocoState:
     acceleration: Array
     time: float
     status: NDArray[np.int8]
+    friction: Array
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from slipctl.plants.model import WHEELS, ModelError
+from slipctl.plants.errors import ModelError
+from slipctl.plants.model import WHEELS
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array
@@ -110,8 +111,7 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
         ]
         if not touching or touching[0].efc_address < 0:
             raise ModelError(f"the {side} tyre does not touch the floor at rest")
-        wheel = data.body(f"{side}_wheel")
-        radius.append(wheel.xpos[2] - touching[0].pos[2])
+        radius.append(data.joint(f"{side}_axle").xanchor[2] - touching[0].pos[2])
         softness.append(data.efc_R[touching[0].efc_address])
     pair = model.pair("left_tyre")
     impedance = float(pair.solimp[0])
@@ -126,10 +126,10 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
             f"a physics step of {model.opt.timestep} s is too long for tyres that take slip away "
             f"at {rate:.0f}/s; it must stay below {2.0 / rate:g} s"
         )
-    apart = np.asarray(data.body("left_wheel").xpos - data.body("right_wheel").xpos)
+    apart = np.asarray(data.geom(pair.geom2[0]).xpos - data.geom(model.pair("right_tyre").geom2[0]).xpos)
     return Standstill(
         height=float(data.qpos[root + 2]),
-        quaternion=np.array(data.qpos[root + 3 : root + 7]),
+        quaternion=_straight(np.array(data.qpos[root + 3 : root + 7])),
         wheel_radius=round(float(radius[0] + radius[1]) / 2.0, 9),
         half_track=round(float(np.sqrt((apart * apart).sum())) / 2.0, 9),
         tyre=Tyre(
@@ -139,6 +139,16 @@ def settle(model: mujoco.MjModel, duration: float = 2.0) -> Standstill:
             impratio=float(model.opt.impratio),
         ),
     )
+
+
+def _straight(quaternion: Array) -> Array:
+    """Return an orientation without its heading, which a caster may turn while the robot comes to rest."""
+    w, x, y, z = quaternion.tolist()
+    if abs(z) < 1e-9:
+        return quaternion
+    half = np.arctan2(z, w)
+    c, s = float(np.cos(half)), float(np.sin(half))
+    return np.array([c * w + s * z, c * x + s * y, c * y - s * x, c * z - s * w])
 
 
 def inertia(model: mujoco.MjModel, geometry: WheelGeometry) -> Inertia:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,11 +30,18 @@ class Report:
         Every comparison made; a single unjudged one where there was no sound baseline.
     notes
         What is different from when the baseline was recorded and does not stop the judgement.
+    certified
+        As in a manifest: whether its model is certified against closed forms; None where nothing was run, or
+        where the plant has no engine.
+    model
+        The scenario's robot model.
     """
 
     scenario: str
     findings: tuple[Finding, ...]
     notes: tuple[str, ...] = ()
+    certified: Mapping[str, Any] | None = None
+    model: str = ""
 
     @property
     def failed(self) -> bool:
@@ -89,8 +96,9 @@ def check(source: str, threads: int | None = None, progress: Progress | None = N
             )
     except CannotJudge as error:
         return Report(scenario.name, (_unjudged(scenario.name, str(error)),))
-    payload = _run(scenario, threads, progress).json()
-    return Report(scenario.name, tuple(judge(baseline, payload)), tuple(_differences(baseline, payload)))
+    result = _run(scenario, threads, progress)
+    payload = result.json()
+    return _report(scenario, result, judge(baseline, payload), _differences(baseline, payload))
 
 
 def update(
@@ -132,11 +140,19 @@ def update(
     )
     try:
         old = read(path)
-        report = Report(scenario.name, tuple(judge(old, payload)), tuple(_differences(old, payload)))
+        report = _report(scenario, result, judge(old, payload), _differences(old, payload))
     except CannotJudge as error:
-        report = Report(scenario.name, (), (f"nothing to compare with: {error}",) if path.exists() else ())
+        notes = (f"nothing to compare with: {error}",) if path.exists() else ()
+        report = _report(scenario, result, (), notes)
     write(new, path)
     return report, path
+
+
+def _report(
+    scenario: Scenario, result: experiment.Result, findings: Iterable[Finding], notes: Iterable[str]
+) -> Report:
+    certified = result.manifest.get("certified")
+    return Report(scenario.name, tuple(findings), tuple(notes), certified, scenario.robot.model)
 
 
 def _run(scenario: Scenario, threads: int | None, progress: Progress | None) -> experiment.Result:

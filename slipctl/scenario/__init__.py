@@ -13,11 +13,13 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
+from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
 from slipctl.scenario.loading import World, load, read, worlds
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.override import override, sweep_over
+from slipctl.scenario.own_robot import is_path
 from slipctl.scenario.problems import Problem, ScenarioError
 from slipctl.scenario.references import Circle, FigureEight, Line, PointToPoint, Reference
 from slipctl.scenario.sensing import Sensing
@@ -29,8 +31,12 @@ from slipctl.scenario.templates import template
 __all__ = [
     "Axis",
     "Believes",
+    "Bumps",
+    "Change",
     "Circle",
     "Controller",
+    "Disc",
+    "Disturbance",
     "DynamicOde",
     "FigureEight",
     "Ground",
@@ -39,10 +45,12 @@ __all__ = [
     "Mujoco",
     "NominalDynamic",
     "NominalKinematic",
+    "Patch",
     "Plant",
     "PointToPoint",
     "Problem",
     "ProportionalSlip",
+    "Rectangle",
     "Reference",
     "Robot",
     "RobustDynamic",
@@ -57,9 +65,13 @@ __all__ = [
     "Slip",
     "Span",
     "Start",
+    "Stripes",
+    "Terrain",
+    "Waves",
     "World",
     "canonical",
     "dump",
+    "is_path",
     "json_schema",
     "load",
     "override",

@@ -5,6 +5,7 @@ from typing import Any
 
 from slipctl.scenario.base import lookup
 from slipctl.scenario.controllers import DYNAMIC_KINDS, GENERAL_KEYS, KINEMATIC_KINDS
+from slipctl.scenario.own_robot import ignored_keys
 from slipctl.scenario.problems import Problem, show
 from slipctl.scenario.sensing import ACCELERATION_KEYS, CAMERA_KEYS
 from slipctl.scenario.structure import Path, dotted
@@ -16,7 +17,9 @@ _COMPENSATION = ("compensate_wheels", *_COMPENSATED)
 
 def ignored(raw: Mapping[str, Any]) -> dict[Path, str]:
     """Paths of keys that would have no effect, each with the reason; whether a file gives them or not."""
-    return {path: reason for rule in (_plant, _drive, _sensing, _laws) for path, reason in rule(raw)}
+    return {
+        path: reason for rule in (ignored_keys, _plant, _drive, _sensing, _laws) for path, reason in rule(raw)
+    }
 
 
 def ignored_problems(raw: Mapping[str, Any]) -> Iterator[Problem]:
@@ -32,6 +35,7 @@ def _plant(raw: Mapping[str, Any]) -> Iterator[tuple[Path, str]]:
     kind = lookup(raw, "plant", "kind")
     if kind in ("kinematic_ode", "dynamic_ode"):
         yield ("ground",), f'{kind} has no floor (plant.kind = "mujoco" has one)'
+        yield ("disturbance",), f'{kind} has no forces (plant.kind = "mujoco" has)'
     if kind == "kinematic_ode":
         yield ("robot", "torque_limit"), 'kinematic_ode has no torques (plant.kind = "mujoco" has)'
     if kind == "dynamic_ode":

@@ -8,15 +8,15 @@ the reference and the sensors have modules of their own.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slipctl import shipped
 from slipctl.scenario.applies import ignored_problems
-from slipctl.scenario.base import lookup, number
+from slipctl.scenario.base import lookup
+from slipctl.scenario.floor_checks import floor_problems
 from slipctl.scenario.law_checks import law_problems
+from slipctl.scenario.own_robot import model_problems
 from slipctl.scenario.path_checks import reference_problems, slip_problems
-from slipctl.scenario.problems import Problem, later, nearest, quote, show
+from slipctl.scenario.problems import Problem
 from slipctl.scenario.sensing_checks import sensing_problems
-from slipctl.scenario.structure import table_at
-from slipctl.scenario.values import has, misses_multiple, value_at
+from slipctl.scenario.values import has, misses_multiple, natural_duration, value_at
 
 TICK_LIMIT = 10_000_000
 """Largest number of control ticks of one run (their signals would no longer fit into memory)."""
@@ -25,9 +25,10 @@ TICK_LIMIT = 10_000_000
 def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
     """Everything wrong between the keys of a file."""
     rules = (
-        _model,
+        model_problems,
         ignored_problems,
         _ground,
+        floor_problems,
         _times,
         slip_problems,
         reference_problems,
@@ -35,15 +36,6 @@ def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
         law_problems,
     )
     return [problem for rule in rules for problem in rule(raw)]
-
-
-def _model(raw: Mapping[str, Any]) -> Iterator[Problem]:
-    model, names = lookup(raw, "robot", "model"), shipped.model_names()
-    if isinstance(model, str) and model and model not in names:
-        if "/" in model or "\\" in model or model.lower().endswith((".xml", ".mjcf", ".urdf")):
-            yield later("robot.model", f"{show(model)}, a model by its path", names)
-        else:
-            yield Problem("robot.model", show(model), ", ".join(map(quote, names)), nearest(model, names))
 
 
 def _ground(raw: Mapping[str, Any]) -> Iterator[Problem]:
@@ -77,7 +69,7 @@ def _times(raw: Mapping[str, Any]) -> Iterator[Problem]:
                 f"{lower * timestep:.9g} or {(lower + 1) * timestep:.9g} s",
             )
     given = "duration" in raw
-    duration = value_at(raw, "duration") if given else _natural_duration(raw)
+    duration = value_at(raw, "duration") if given else natural_duration(raw)
     if duration is None or duration <= 0:
         return
     whose = "duration" if given else "the reference's duration"
@@ -88,16 +80,3 @@ def _times(raw: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem(
             "tick", f"{tick:g} s, {duration / tick:.4g} ticks in {whose}, {duration:.6g} s", allowed
         )
-
-
-def _natural_duration(raw: Mapping[str, Any]) -> float | None:
-    table = table_at(("reference",), raw)
-    if table is None:
-        return None
-    numbers = {
-        name: value for name in table.model_fields if (value := value_at(raw, "reference", name)) is not None
-    }
-    try:
-        return number(getattr(table.model_construct(None, **numbers), "natural_duration", None))
-    except (AttributeError, TypeError, ZeroDivisionError, OverflowError):
-        return None

@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from slipctl.scenario.base import Table, lookup
-from slipctl.scenario.later import later_key, later_value
+from slipctl.scenario.later import later_value
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.problems import Problem, later, nearest, quote, show
 from slipctl.scenario.structure import (
@@ -56,7 +56,9 @@ def _problem(kind: str, path: Path, raw: Mapping[str, Any]) -> Problem:
     if kind == "literal_error":
         return _choice(path, value, choices(field), raw)
     if kind == "tuple_type":
-        return Problem(dotted(path, raw), found, f"an array: write [[{name}]], not [{name}]")
+        return Problem(
+            dotted(path, raw), found, f"an array: write [[{generic(path)}]], not [{generic(path)}]"
+        )
     return Problem(dotted(path, raw), found, allowed(name, field))
 
 
@@ -72,9 +74,6 @@ def _extra(path: Path, raw: Any) -> Problem:
     key, name = dotted(path, raw), str(path[-1])
     table = table_at(path[:-1], raw)
     valid = tuple(Scenario.model_fields if table is None else table.model_fields)
-    what = later_key(generic(path))
-    if what is not None:
-        return later(key, what, valid)
     owners = [kind for kind, member in kinds_at(path[:-1]).items() if name in member.model_fields]
     if owners:
         own = lookup(raw, *path[:-1], "kind")

@@ -8,10 +8,10 @@ from typing import Any
 
 from slipctl.scenario.applies import ignored
 from slipctl.scenario.axes import Axis
-from slipctl.scenario.later import later_key
-from slipctl.scenario.problems import Problem, later, nearest, quote
-from slipctl.scenario.structure import KINDS, Path, is_number, table_at
-from slipctl.scenario.values import controllers
+from slipctl.scenario.base import lookup
+from slipctl.scenario.problems import Problem, nearest, quote
+from slipctl.scenario.structure import ARRAYS, KINDS, Path, is_number, table_at
+from slipctl.scenario.values import controllers, entries
 
 EVERY = "*"
 """In place of a label: the key of every listed controller, all at the same value."""
@@ -24,8 +24,11 @@ def sweepable(raw: Mapping[str, Any]) -> list[str]:
     """Dotted keys of a file that hold numbers and play a part, whether given or at their defaults."""
     sections = ["robot", "plant", "ground", "reference", "start", "sensing"]
     places: list[tuple[str, Path]] = [("", ()), *((f"{name}.", (name,)) for name in sections)]
+    if lookup(raw, "ground", "terrain") is not None:
+        places.append(("ground.terrain.", ("ground", "terrain")))
     if "slip" in raw:
         places.insert(4, ("slip.", ("slip",)))
+    places += [(f"{'.'.join(map(str, path))}.", path) for names in ARRAYS for path, _ in entries(raw, *names)]
     places += [(f"reference.{end}.", ("reference", end)) for end in ("start", "goal")]
     without = ignored(raw)
     keys = [f"{prefix}{name}" for prefix, path in places for name in _numbers(path, raw, without)]
@@ -80,10 +83,7 @@ def _unsweepable(key: str, valid: Sequence[str], labels: Sequence[str]) -> Probl
     if section == "controller" and rest and rest[0] not in (*labels, EVERY):
         found = f"no controller labelled {quote(rest[0])}"
         return Problem(where, found, ", ".join(labels), nearest(rest[0], labels))
-    what = later_key(".".join([section, *(rest[1:] if section == "controller" else rest)]))
     alike = [name for name in valid if name.startswith("controller.") == (section == "controller")]
-    if what is not None:
-        return later(where, what, alike)
     return Problem(
         where, "a key that does not exist or is not a number", ", ".join(alike), nearest(key, alike)
     )
@@ -94,6 +94,8 @@ def _unknown_kind(key: str, raw: Mapping[str, Any]) -> bool:
     section, *rest = key.split(".")
     if section == "controller":
         paths = [path for path, label, _ in controllers(raw) if rest and rest[0] in (label, EVERY)]
+    elif key.startswith("ground.patch."):
+        paths = [path for path, _ in entries(raw, "ground", "patch")]
     else:
         paths = [(section,)] if section in KINDS and section in raw else []
     return any(table_at(path, raw) is None for path in paths)
@@ -123,8 +125,14 @@ def _set(raw: dict[str, Any], parts: list[str], value: float | int) -> None:
         raw["controller"] = entries
         return
     table = raw
-    for part in parts[:-1]:
-        table[part] = dict(table.get(part, {}))
+    for index, part in enumerate(parts[:-1]):
+        inner = table.get(part, {})
+        if isinstance(inner, list | tuple):  # an array of tables: the next part is an index
+            table[part] = [*inner]
+            table[part][int(parts[index + 1])] = entry = dict(inner[int(parts[index + 1])])
+            _set(entry, parts[index + 2 :], value)
+            return
+        table[part] = dict(inner)
         table = table[part]
     table[parts[-1]] = value
 
@@ -147,6 +155,10 @@ class Place:
 
 
 def _without_brackets(key: str) -> str:
-    """`controller[1:label].pole` as it is swept: `controller.label.pole`."""
+    """`controller[1:label].pole` as it is swept: `controller.label.pole`; other arrays keep the index."""
     head, bracket, rest = key.partition("[")
-    return f"{head}.{rest.partition(':')[2].replace(']', '')}" if bracket else key
+    if not bracket:
+        return key
+    inside, _, tail = rest.partition("]")
+    index, _, label = inside.partition(":")
+    return f"{head}.{label if head == 'controller' else index}{tail}"

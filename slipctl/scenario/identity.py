@@ -10,7 +10,10 @@ from slipctl.scenario.applies import ignored
 from slipctl.scenario.base import lookup
 from slipctl.scenario.loading import sweep_table
 from slipctl.scenario.model import Scenario
+from slipctl.scenario.own_robot import content, is_path
 from slipctl.scenario.slip import SeriesSlip
+from slipctl.scenario.structure import ARRAYS
+from slipctl.scenario.tables import Robot
 
 
 def dump(scenario: Scenario) -> dict[str, Any]:
@@ -22,6 +25,10 @@ def dump(scenario: Scenario) -> dict[str, Any]:
             parent.pop(path[-1], None)
     if scenario.ground.friction_left is not None and "ground" in tables:
         del tables["ground"]["friction"]
+    for path in ARRAYS:
+        parent = lookup(tables, *path[:-1]) or {}
+        if not parent.get(path[-1], True):
+            del parent[path[-1]]
     for law in tables["controller"]:
         if not law["believes"]:
             del law["believes"]
@@ -34,7 +41,8 @@ def canonical(scenario: Scenario) -> str:
     """Write the scenario as JSON text that depends only on what it means.
 
     Left out are name and description, keys at their defaults (so that a key added later does not change the
-    identity of scenarios without it) and tables that are then empty. A series of slip counts by its content.
+    identity of scenarios without it) and tables that are then empty. A series of slip and a model by its path
+    count by their content.
     Keys are sorted, numbers are floats however they were written. The sweep keeps its order, as that orders
     the worlds.
     """
@@ -55,6 +63,8 @@ def _essential(table: BaseModel) -> dict[str, Any]:
         if name == "sweep" or is_default or _is_as_left_out(table, name, value):
             continue
         result[name] = _plain(value)
+    if isinstance(table, Robot) and is_path(table.model):
+        result["model"] = content(table.model)
     if isinstance(table, SeriesSlip):
         del result["file"]
         result["content"] = table.series.content

@@ -15,6 +15,7 @@ from slipctl.scenario.checks import rule_problems
 from slipctl.scenario.fields import field_problems
 from slipctl.scenario.grid import Place, axis_problems, variations, with_values
 from slipctl.scenario.model import Scenario
+from slipctl.scenario.own_robot import with_whole_path
 from slipctl.scenario.problems import Problem, ScenarioError, nearest
 
 _PROBLEM_LIMIT = 50
@@ -92,6 +93,7 @@ def read(
 
 def _with_whole_paths(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     """Make the paths of the files that the tables name absolute, so that they hold for every reader."""
+    raw = with_whole_path(raw, folder)
     file = lookup(raw, "slip", "file")
     if not isinstance(file, str) or not file:
         return raw

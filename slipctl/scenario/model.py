@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, InstanceOf, WithJsonSchema, model_validato
 from slipctl.scenario.axes import AXES_SCHEMA, Axis, read_axes
 from slipctl.scenario.base import AsTuple, Table, quantity
 from slipctl.scenario.controllers import Controller
+from slipctl.scenario.floor import Disturbance
 from slipctl.scenario.references import Reference
 from slipctl.scenario.sensing import Sensing
 from slipctl.scenario.slip import Slip
@@ -49,6 +50,7 @@ class Scenario(Table):
     reference: Reference = quantity("The path to follow")
     start: Start = quantity("How the start differs from the planned one", "", Start())
     sensing: Sensing = quantity("What the controller gets to see", "", Sensing())
+    disturbance: Annotated[tuple[Disturbance, ...], AsTuple] = quantity("Pushes on the robot", "", ())
     controller: Annotated[tuple[Controller, ...], AsTuple] = quantity(
         "The control laws to compare", min_length=1
     )

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from slipctl.scenario import controllers, references, slip, tables
+from slipctl.scenario import controllers, floor, references, slip, tables
 from slipctl.scenario.base import Table, lookup
 from slipctl.scenario.model import Scenario
 
@@ -23,15 +23,22 @@ KINDS: dict[str, dict[str, type[Table]]] = {
     "slip": _kinds(slip.Slip),
     "reference": _kinds(references.Reference),
     "controller": _kinds(controllers.Controller),
+    "ground.patch": _kinds(floor.Patch),
+    "ground.terrain": _kinds(floor.Terrain),
 }
 """The kinds of each table that has some, with their classes."""
+
+ARRAYS: tuple[tuple[str, ...], ...] = (("ground", "patch"), ("ground", "change"), ("disturbance",))
+"""The arrays of tables beside [[controller]], whose entries are known by their index instead of a label."""
+
+_WITH_KINDS = ("controller", "ground.patch")
 
 
 def kinds_at(path: Path) -> dict[str, type[Table]]:
     """Give the kinds that a table at `path` may have; empty where it has only one form."""
-    is_entry = len(path) == 2 and path[0] == "controller" and isinstance(path[1], int)
-    is_table = len(path) == 1 and path[0] != "controller"
-    return KINDS.get(str(path[0]), {}) if is_entry or is_table else {}
+    name = generic(path)
+    is_entry = bool(path) and isinstance(path[-1], int)
+    return KINDS.get(name, {}) if is_entry == (name in _WITH_KINDS) else {}
 
 
 def without_tags(location: Path) -> Path:
@@ -56,14 +63,17 @@ def table_at(path: Path, raw: Any) -> type[Table] | None:
         if kinds:
             kind = lookup(raw, *path[:depth], "kind")
             table = kinds.get(kind) if isinstance(kind, str) else None
-        elif table is not None and path[depth - 1] != "controller":
-            table = table_class(table.model_fields.get(str(path[depth - 1])))
+        elif table is not None and generic(path[:depth]) not in _WITH_KINDS:
+            step = path[depth - 1]
+            table = table if isinstance(step, int) else table_class(table.model_fields.get(step))
     return table
 
 
 def table_class(field: FieldInfo | None) -> type[Table] | None:
-    """Class of the table that a key holds, or None where it holds none (or one of several kinds)."""
+    """Class of the table (or of an array's tables) that a key holds, None for none or several kinds."""
     annotation = None if field is None else field.annotation
+    if get_origin(annotation) is tuple:
+        annotation = get_args(annotation)[0]
     return annotation if isinstance(annotation, type) and issubclass(annotation, Table) else None
 
 
@@ -98,6 +108,8 @@ def allowed(name: str, field: FieldInfo) -> str:
             if name == "controller"
             else f"a table, kinds: {kinds}"
         )
+    if get_origin(plain) is tuple and name != "sweep":
+        return "an array of tables"
     if name == "label":
         return "lower-case letters a-z, digits, _ and -"
     if name == "name":

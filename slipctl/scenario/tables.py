@@ -4,13 +4,35 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from slipctl.scenario.base import Table, quantity
+from slipctl.scenario.base import AsTuple, Table, quantity
+from slipctl.scenario.floor import Change, Patch, Terrain
 
 
 class Robot(Table):
     """`[robot]`: the model, how it is driven, and the limits of what it is commanded."""
 
-    model: str = quantity("Robot model: the name of a shipped one", min_length=1)
+    model: str = quantity(
+        "Robot model: the name of a shipped one, or the path of an MJCF or URDF file, seen from this file",
+        min_length=1,
+    )
+    left_wheel: str | None = quantity(
+        "Name of the joint that drives on the left, in a model by its path; guessed where it is obvious",
+        "",
+        None,
+        min_length=1,
+    )
+    right_wheel: str | None = quantity(
+        "Name of the joint that drives on the right, likewise", "", None, min_length=1
+    )
+    keep_contacts: bool = quantity(
+        "Keep the contacts of a model by its path in place of the calibrated ones", "", False
+    )
+    caster_friction: float | None = quantity(
+        "Friction of the casters of a model by its path, in place of the file's; 0 lets them slide freely",
+        "1",
+        None,
+        ge=0,
+    )
     drive: Literal["wheel_speed", "wheel_torque"] = quantity("What the controller commands at the wheels")
     speed_limit: float = quantity("Largest commanded forward speed", "m/s", 2.5, gt=0)
     yaw_rate_limit: float = quantity("Largest commanded yaw rate, either way", "rad/s", 6.0, gt=0)
@@ -88,6 +110,13 @@ class Ground(Table):
     )
     slope_deg: float = quantity("Slope of the floor (gravity is tilted)", "deg", 0.0, ge=0, le=45)
     downhill_deg: float = quantity("World direction in which the slope descends", "deg", 0.0, ge=-360, le=360)
+    terrain: Terrain | None = quantity("Uneven floor (level unless given)", "", None)
+    patch: Annotated[tuple[Patch, ...], AsTuple] = quantity(
+        "Parts of the floor with a friction of their own; later ones lie on top", "", ()
+    )
+    change: Annotated[tuple[Change, ...], AsTuple] = quantity(
+        "What changes of the floor beside the patches, in the order of time", "", ()
+    )
 
     @property
     def wheel_friction(self) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from slipctl.scenario.identity import dump
 from slipctl.scenario.loading import load, sweep_table
 from slipctl.scenario.model import NAME_PATTERN, Scenario
 from slipctl.scenario.problems import Problem, ScenarioError, quote
-from slipctl.scenario.structure import Path, allowed, choices
+from slipctl.scenario.structure import ARRAYS, KINDS, Path, allowed, choices, table_at
 
 
 def template(like: str, name: str) -> str:
@@ -53,6 +53,12 @@ def template(like: str, name: str) -> str:
         table = getattr(scenario, section)
         if table is not None and section in applies:
             lines += _section((section,), "" if section in given else "# ", table, applies)
+        for path in ARRAYS:
+            listed = path[-1] if path[0] == section == "ground" else None
+            if listed is not None and section in applies:
+                lines += _array(path, getattr(table, listed), applies)
+    if ("disturbance",) not in ignored(applies):
+        lines += _array(("disturbance",), scenario.disturbance, applies)
     for index, entry in enumerate(scenario.controller):
         lines += _section(("controller", index), "", entry, applies)
     if scenario.sweep:
@@ -71,12 +77,25 @@ def _section(path: Path, mark: str, table: Table, applies: Mapping[str, Any]) ->
     yield from _keys(path, table, applies)
 
 
+def _array(path: tuple[str, ...], listed: tuple[Table, ...], applies: Mapping[str, Any]) -> Iterator[str]:
+    """Lines of an array of tables; one that is empty is told of in a comment."""
+    name = ".".join(path)
+    owner = table_at(path[:-1], applies) or Scenario
+    text = f"# {owner.model_fields[path[-1]].description}"
+    if not listed:
+        kinds = f", kinds: {', '.join(KINDS[name])}" if name in KINDS else ""
+        yield from ("", f"{text}{kinds}: [[{name}]]")
+    for index, entry in enumerate(listed):
+        yield from ("", f"{text}.", f"[[{name}]]")
+        yield from _keys((*path, index), entry, applies)
+
+
 def _keys(path: Path, table: Table, applies: Mapping[str, Any], skip: tuple[str, ...] = ()) -> Iterator[str]:
     """Lines of a table's own keys, its kind first, those left at their defaults as comments."""
     fields, without = type(table).model_fields, ignored(applies)
     for name in sorted(fields, key=lambda name: name != "kind"):
         value, field = getattr(table, name), fields[name]
-        is_section = isinstance(table, Scenario) and isinstance(value, Table | tuple)
+        is_section = isinstance(value, tuple) or (isinstance(table, Scenario) and isinstance(value, Table))
         if name in skip or is_section or (isinstance(table, Scenario) and value is None):
             continue
         words = choices(field)

@@ -23,13 +23,16 @@ def has(raw: Any, *path: str | int) -> bool:
     return isinstance(entry, Mapping) and path[-1] in entry
 
 
+def entries(raw: Mapping[str, Any], *names: str) -> list[tuple[Path, Mapping[str, Any]]]:
+    """Path and table of each entry of an array of tables that is a table."""
+    listed = lookup(raw, *names)
+    found = listed if isinstance(listed, list | tuple) else []
+    return [((*names, index), entry) for index, entry in enumerate(found) if isinstance(entry, Mapping)]
+
+
 def controllers(raw: Mapping[str, Any]) -> list[tuple[Path, str, Mapping[str, Any]]]:
     """Path, label and table of each listed controller that is a table."""
-    listed = lookup(raw, "controller")
-    entries = listed if isinstance(listed, list | tuple) else []
-    tables = [
-        (("controller", index), entry) for index, entry in enumerate(entries) if isinstance(entry, Mapping)
-    ]
+    tables = entries(raw, "controller")
     return [(path, str(entry.get("label", entry.get("kind", ""))), entry) for path, entry in tables]
 
 
@@ -37,3 +40,17 @@ def misses_multiple(value: float, unit: float) -> bool:
     """Whether a time is no whole multiple of another one, rounding aside."""
     count = value / unit
     return abs(count - round(count)) > 1e-9 * max(1.0, count)
+
+
+def natural_duration(raw: Mapping[str, Any]) -> float | None:
+    """Duration of the reference, None where it cannot be told."""
+    table = table_at(("reference",), raw)
+    if table is None:
+        return None
+    numbers = {
+        name: value for name in table.model_fields if (value := value_at(raw, "reference", name)) is not None
+    }
+    try:
+        return number(getattr(table.model_construct(None, **numbers), "natural_duration", None))
+    except (AttributeError, TypeError, ZeroDivisionError, OverflowError):
+        return None

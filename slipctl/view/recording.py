@@ -17,6 +17,7 @@ from slipctl.tick import Shape
 from slipctl.view.colours import run_colours
 from slipctl.view.content import RecordingError, RunInfo, application_id, recording_id, recording_name
 from slipctl.view.events import events
+from slipctl.view.ground import floor_events
 from slipctl.view.layout import blueprint
 from slipctl.view.plots import log_series
 from slipctl.view.scene import choose_scales, log_run, log_world
@@ -47,7 +48,8 @@ def write(
     info : mapping
         All keys optional: ``scenario`` (name), ``description``, ``scenario_id``, ``model_id``, ``seed``,
         ``varied`` (dotted key → value), ``versions`` (program → version), ``units`` (metric → unit),
-        ``wheel_radius``, ``half_track`` [m], ``slope_deg`` and ``downhill_deg`` [°].
+        ``wheel_radius``, ``half_track`` [m], ``slope_deg`` and ``downhill_deg`` [°]; ``friction`` and
+        ``film`` of the floor, ``patches``, ``changes`` of it and ``pushes`` as tables of the scenario file.
     shapes : sequence of Shape or None
         The robot's shapes; None = a plain disc robot.
 
@@ -110,14 +112,14 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
             label = track.info.label
             log_run(rec, roots[label], track, colours[label], shapes, info, scales, order)
             strides[label] = log_series(rec, roots[label], track, colours[label], order)
-            _log_events(rec, roots[label], track)
+            _log_events(rec, roots[label], track, info)
         page = markdown(tracks, info, scales, colours, strides)
         rec.log("/info/summary", rr.TextDocument(page, media_type="text/markdown"), static=True, strict=True)
         return memory.drain_as_bytes()
 
 
-def _log_events(rec: rr.RecordingStream, root: str, track: Track) -> None:
-    found = events(track)
+def _log_events(rec: rr.RecordingStream, root: str, track: Track, info: Mapping[str, Any]) -> None:
+    found = sorted([*events(track), *floor_events(info)], key=lambda event: event.time)
     times = rr.TimeColumn("sim_time", duration=nanoseconds(np.array([event.time for event in found])))
     columns = rr.TextLog.columns(
         text=[event.text for event in found],

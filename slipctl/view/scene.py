@@ -12,6 +12,7 @@ import rerun as rr
 from slipctl.tick import Shape
 from slipctl.view.colours import REFERENCE, ROBUST_INPUT, Rgb, lighter
 from slipctl.view.framing import scene_box
+from slipctl.view.ground import lift, log_ground, log_pushes, log_terrain
 from slipctl.view.robot import HALF_TRACK, WHEEL_RADIUS, disc_robot, log_shapes, xyzw
 from slipctl.view.tracks import SCENE_RATE, TRAIL_PIECES, Array, Track, kept, nanoseconds, nice, stride
 
@@ -66,12 +67,11 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
     rec.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True, strict=True)
     low, high = scene_box(tracks)
     low, high = (np.floor((low - 1) / GRID) * GRID, np.ceil((high + 1) / GRID) * GRID)
-    floor = rr.Boxes3D(mins=[[*low, -0.02]], sizes=[[*(high - low), 0.02]], colors=[FLOOR], fill_mode="solid")
-    rec.log("/ground/floor", floor, static=True, strict=True)
-    along_y = [[[x, low[1], 0.001], [x, high[1], 0.001]] for x in np.arange(low[0], high[0] + GRID / 2, GRID)]
-    along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
-    lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=rr.Radius.ui_points([0.6]))
-    rec.log("/ground/grid", lines, static=True, strict=True)
+    if info.get("terrain") is not None:
+        log_terrain(rec, info, low, high)
+    else:
+        _log_level_floor(rec, low, high)
+    log_ground(rec, info, low, high)
     if info.get("slope_deg"):
         angle = np.radians(float(info.get("downhill_deg") or 0.0))
         start = [*((low + high) / 2 - 0.4 * (high - low) * [np.cos(angle), np.sin(angle)]), 0.02]
@@ -88,7 +88,8 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
     if not longest.has("reference.position.x", "reference.position.y"):
         return
     rows = kept(longest.time, stride(longest.time, SCENE_RATE))
-    path = _at_height(longest.pair("reference.position")[rows], ABOVE_FLOOR)
+    planned = longest.pair("reference.position")[rows]
+    path = _at_height(planned, ABOVE_FLOOR + lift(info, planned))
     line = rr.LineStrips3D([path], colors=[REFERENCE], radii=[0.006])
     rec.log("/reference/path", line, static=True, strict=True)
     rec.send_columns(
@@ -101,6 +102,15 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
     rec.log("/reference/target/pole", pole, static=True, strict=True)
     top = rr.Points3D([[0, 0, 0.42]], colors=[lighter(REFERENCE)], radii=[0.018])
     rec.log("/reference/target/top", top, static=True, strict=True)
+
+
+def _log_level_floor(rec: rr.RecordingStream, low: Array, high: Array) -> None:
+    floor = rr.Boxes3D(mins=[[*low, -0.02]], sizes=[[*(high - low), 0.02]], colors=[FLOOR], fill_mode="solid")
+    rec.log("/ground/floor", floor, static=True, strict=True)
+    along_y = [[[x, low[1], 0.001], [x, high[1], 0.001]] for x in np.arange(low[0], high[0] + GRID / 2, GRID)]
+    along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
+    lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=rr.Radius.ui_points([0.6]))
+    rec.log("/ground/grid", lines, static=True, strict=True)
 
 
 def log_run(
@@ -159,8 +169,10 @@ def log_run(
         )
         log_shapes(rec, wheel, shapes, f"{side}_wheel", colour)
     _log_label(rec, base, track, colour, order)
-    _log_trail(rec, f"{root}/trail", track, positions, rows, colour, order)
+    floor = ABOVE_FLOOR * (2 + order) + lift(info, positions[rows])
+    _log_trail(rec, f"{root}/trail", track, _at_height(positions[rows], floor), rows, colour, order)
     _log_arrows(rec, base, track, rows, scales, half_track, -pose[rows, 2])
+    log_pushes(rec, root, track, rows, info)
 
 
 def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, order: int) -> None:
@@ -183,10 +195,9 @@ def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, or
 
 
 def _log_trail(
-    rec: rr.RecordingStream, trail: str, track: Track, positions: Array, rows: Any, colour: Rgb, order: int
+    rec: rr.RecordingStream, trail: str, track: Track, ground: Array, rows: Any, colour: Rgb, order: int
 ) -> None:
     """Write a trail that grows: each row is the piece since the row before, the view shows all until now."""
-    ground = _at_height(positions[rows], ABOVE_FLOOR * (2 + order))
     ends = np.unique(np.linspace(0, len(rows) - 1, min(TRAIL_PIECES, len(rows))).round().astype(int))[1:]
     if len(ends) == 0:
         return
@@ -258,8 +269,8 @@ def _wheel_angles(track: Track) -> Array:
     return np.concatenate([np.zeros((1, 2)), turned])
 
 
-def _at_height(points: Array, height: float) -> Array:
-    return np.concatenate([points, np.full((len(points), 1), height)], axis=1)
+def _at_height(points: Array, height: float | Array) -> Array:
+    return np.column_stack([points, np.broadcast_to(height, len(points))])
 
 
 def _quantile(parts: list[Array]) -> float:

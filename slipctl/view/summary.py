@@ -7,6 +7,7 @@ from typing import Any
 
 from slipctl.view.colours import Rgb
 from slipctl.view.content import world_title
+from slipctl.view.ground import floor_words
 from slipctl.view.scene import NESTING, Scales
 from slipctl.view.theorem import page
 from slipctl.view.tracks import PLOT_RATE, SCENE_RATE, Track
@@ -41,6 +42,7 @@ def markdown(
         lines += [str(info["description"]), ""]
     lines += [*_metrics_table(tracks, info.get("units") or {}), ""]
     lines += page(tracks)
+    lines += floor_words(info)
     lines += ["## Reading the pictures", ""]
     lines.append(
         "* Colours: "

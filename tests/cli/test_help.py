@@ -12,6 +12,8 @@ COMMANDS = (
     ["sweep"],
     ["view"],
     ["check"],
+    ["certify"],
+    ["inspect"],
     ["scenario", "list"],
     ["scenario", "new"],
     ["scenario", "schema"],

@@ -14,7 +14,18 @@ from tests.scenario.documents import EIGHT, EXPERIMENT, PAPER, SCALED, TORQUE, c
 
 SCHEMA = json_schema()
 UNITLESS = {"name", "description", "seed", "model", "drive", "kind", "label", "uncertainty", "at_rest"}
-UNITLESS |= {"believes", "time_scaled", "time_scaling", "compensate_wheels", "file"}
+UNITLESS |= {"left_wheel", "right_wheel", "keep_contacts"}
+UNITLESS |= {
+    "believes",
+    "time_scaled",
+    "time_scaling",
+    "compensate_wheels",
+    "file",
+    "patch",
+    "change",
+    "dry",
+    "terrain",
+}
 UNITLESS |= {"pose", "velocity", "acceleration", "start", "goal", *SCHEMA["properties"]} - {
     "tick",
     "duration",

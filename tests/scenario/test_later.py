@@ -3,7 +3,7 @@
 import pytest
 
 from slipctl.scenario.later import LATER_VALUES
-from tests.scenario.documents import EIGHT, PAPER, changed, refused
+from tests.scenario.documents import PAPER, changed, refused
 
 
 def later(document):
@@ -19,20 +19,3 @@ def test_kinds_and_sources_that_come_later(key, value):
     assert len(problems) == 1
     text = str(*problems.values())
     assert f'found "{value}", which comes with a later release of slipctl; available now: ' in text
-
-
-@pytest.mark.parametrize(
-    ("document", "key", "value"),
-    [
-        (PAPER, "disturbance", [{"force": 3.0}]),
-        (EIGHT, "ground.patch", [{"friction": 0.1}]),
-    ],
-)
-def test_keys_that_come_later(document, key, value):
-    problems = refused(changed(document, {key: value}))
-    assert [problem.later for problem in problems] == [True]
-    assert problems[0].key.rpartition(".")[2] == key.rpartition(".")[2]
-
-
-def test_a_sweep_over_a_key_that_comes_later():
-    assert later(changed(PAPER, {"sweep": {"disturbance.force": [1.0, 3.0]}}))

@@ -4,6 +4,7 @@ The only place that knows both the file format and the implementations.
 """
 
 from slipctl.experiment.assemble.beliefs import believed, radius_ratio
+from slipctl.experiment.assemble.floor import terrain
 from slipctl.experiment.assemble.laws import Law, law
 from slipctl.experiment.assemble.plan import references, start
 from slipctl.experiment.assemble.plants import plant
@@ -26,5 +27,6 @@ __all__ = [
     "sees_the_truth",
     "sensor",
     "start",
+    "terrain",
     "tick_count",
 ]

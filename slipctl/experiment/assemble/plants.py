@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from slipctl.experiment.assemble.robot import RobotModel, paper_inertia
+from slipctl.experiment.assemble.robot import RobotModel, chosen_model, paper_inertia
 from slipctl.experiment.assemble.stack import World, gather
 from slipctl.simulate import Plant
 from slipctl.theory.slip import NoSlip, ProportionalSlip, SeriesSlip, SinusoidalSlip, SlipLaw
@@ -53,32 +52,15 @@ def plant(worlds: Sequence[World], robot: RobotModel, threads: int) -> Plant:
 
 
 def _mujoco(worlds: Sequence[World], law: SlipLaw | None, robot: RobotModel, threads: int) -> Plant:
-    from slipctl.plants.ground import Ground
+    from slipctl.experiment.assemble.floor import ground, pushes
     from slipctl.plants.mujoco import MujocoPlant
 
     first = worlds[0].scenario
     timestep = first.plant.timestep
     assert timestep is not None, "the file format gives MuJoCo a timestep"
-
-    def absent(value: float | None) -> float:
-        return math.nan if value is None else value
-
-    ground = Ground(
-        friction=np.stack(
-            [
-                gather(worlds, lambda s: s.ground.wheel_friction[0]),
-                gather(worlds, lambda s: s.ground.wheel_friction[1]),
-            ],
-            axis=-1,
-        ),
-        film=gather(worlds, lambda s: absent(s.ground.film)),
-        creep_stiffness=gather(worlds, lambda s: absent(s.ground.creep_stiffness)),
-        slope=np.radians(gather(worlds, lambda s: s.ground.slope_deg)),
-        downhill=np.radians(gather(worlds, lambda s: s.ground.downhill_deg)),
-    )
     return MujocoPlant.build(
-        model=first.robot.model,
-        ground=ground,
+        model=chosen_model(first),
+        ground=ground(worlds),
         slip_law=law,
         timestep=timestep,
         speed_drive=first.robot.drive == "wheel_speed",
@@ -86,4 +68,5 @@ def _mujoco(worlds: Sequence[World], law: SlipLaw | None, robot: RobotModel, thr
         wheel_rate_limit=first.robot.speed_limit / float(robot.geometry.wheel_radius),
         arena=gather(worlds, lambda scenario: scenario.plant.arena),
         threads=threads,
+        pushes=pushes(worlds),
     )

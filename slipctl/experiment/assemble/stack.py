@@ -31,6 +31,7 @@ def batch_key(world: World) -> tuple:
         s.plant.kind,
         getattr(s.plant, "timestep", None),
         s.robot.model,
+        (s.robot.left_wheel, s.robot.right_wheel, s.robot.keep_contacts, s.robot.caster_friction),
         s.robot.drive,
         getattr(s.robot, "torque_limit", None),
         getattr(s.robot, "compensate_wheels", None),
