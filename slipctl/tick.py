@@ -14,8 +14,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from slipctl.shape import Shape as Shape
-
 Array = NDArray[np.float64]
 
 

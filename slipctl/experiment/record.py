@@ -14,7 +14,7 @@ from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
     from slipctl.scenario import World
-    from slipctl.tick import Shape
+    from slipctl.shape import Shape
     from slipctl.view import Theorem
 
 MANY = 24

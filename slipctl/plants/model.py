@@ -17,7 +17,7 @@ from slipctl import shipped
 from slipctl.plants.errors import ModelError
 from slipctl.plants.own import Adopted, OwnModel, adopt
 from slipctl.plants.own.reading import quiet
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 
 WHEELS = ("left", "right")
 

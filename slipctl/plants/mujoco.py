@@ -21,10 +21,11 @@ from slipctl.plants.pushes import Push
 from slipctl.plants.rows import Columns, MujocoState, ahead, turned
 from slipctl.plants.standstill import Standstill, settle
 from slipctl.plants.stepping import Surroundings, advance
+from slipctl.shape import Shape
 from slipctl.theory.flatness import apply_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import NoSlip, SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Command, Motion, Shape, SpeedCommand, Start, Status, WheelContact
+from slipctl.tick import Array, BodyPose, Command, Motion, SpeedCommand, Start, Status, WheelContact
 
 Statuses = NDArray[np.int8]
 Flags = NDArray[np.bool_]

@@ -11,7 +11,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view.content import (
     RecordingError,
     RunInfo,

@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording
 
 IN_PROCESS = 24  # worlds per process: every recording leaves 2 to 4 threads behind until its process ends

@@ -13,7 +13,7 @@ import pyarrow as pa
 import rerun as rr
 from rerun.recording_stream import is_enabled as is_recording_enabled
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view.colours import run_colours
 from slipctl.view.content import RecordingError, RunInfo, application_id, recording_id, recording_name
 from slipctl.view.events import events

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view.colours import Rgb, darker
 
 WHEEL_RADIUS = 0.0825  # m, Table II of Ryu & Agrawal; used where the plant does not say

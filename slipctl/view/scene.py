@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view.colours import REFERENCE, ROBUST_INPUT, Rgb, lighter
 from slipctl.view.framing import scene_box
 from slipctl.view.ground import lift, log_ground, log_pushes, log_terrain

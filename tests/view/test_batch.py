@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view import RecordingError, RunInfo, Theorem, WorldRecording, batch, write_recordings
 from tests.view.reading import Recording, rrd
 from tests.view.signals import join, signals

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pytest
 
-from slipctl.tick import Shape
+from slipctl.shape import Shape
 from slipctl.view import RecordingError, RunInfo, write_recording
 from tests.view.reading import Recording, rrd
 from tests.view.signals import join, signals

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipctl import scenario as files
+from slipctl.shape import Shape
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.robot import GRAVITY, WheelGeometry
-from slipctl.tick import Shape
 
 if TYPE_CHECKING:
     from slipctl.plants.own import OwnModel
