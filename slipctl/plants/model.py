@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 from functools import lru_cache
 from pathlib import Path
@@ -62,6 +63,14 @@ def find_model(model: str | Path | OwnModel) -> Path | OwnModel:
         return model
     path = Path(model)
     if not path.suffix and len(path.parts) == 1:
+        names = shipped.model_names()
+        if str(model) not in names:
+            near = difflib.get_close_matches(str(model), names, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise ModelError(
+                f"there is no model file {str(model)!r}, and no shipped model of this name; "
+                f"allowed: a path, or {', '.join(names)}{hint}"
+            )
         path = Path(shipped.model_path(str(model)))
     if not path.is_file():
         raise ModelError(f"no model file at {path}")
