@@ -131,8 +131,9 @@ def friction_work(bench: Bench) -> tuple[float, float]:
 
 
 HOPS = (
-    "a sliding wheel hops: in a stiff contact slip adds to the normal force; give the tyre a solref in "
-    "direct format and a constant solimp"
+    "the load varies while a wheel slides: it hops, if steps are airborne too (slip adds to the normal force "
+    "of a stiff contact: give the tyre a solref in direct format and a constant solimp), or else the robot "
+    "turns or pitches, as with its mass off the axle"
 )
 PYRAMID = 'the pyramidal friction cone does not give μN in every direction: use cone="elliptic"'
 

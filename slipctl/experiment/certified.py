@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Any
 
 from slipctl.report.certificate import standing_line
 
 if TYPE_CHECKING:
     from slipctl.scenario import Scenario
+
+DEFAULT_TIMESTEP = 0.001
+"""What `slipctl certify` takes where it is told none [s]."""
 
 
 def standing(scenario: Scenario) -> dict[str, Any] | None:
@@ -29,7 +33,23 @@ def standing(scenario: Scenario) -> dict[str, Any] | None:
     from slipctl.certify import certificate
     from slipctl.experiment.assemble.robot import chosen_model
 
-    return certificate.standing(chosen_model(scenario), plant.timestep).json()
+    found = certificate.standing(chosen_model(scenario), plant.timestep).json()
+    return found | {"command": _command(scenario)}
+
+
+def _command(scenario: Scenario) -> str:
+    """Return the command that certifies just what the scenario simulates."""
+    robot, timestep = scenario.robot, scenario.plant.timestep
+    words = ["slipctl", "certify", shlex.quote(robot.model)]
+    if timestep != DEFAULT_TIMESTEP:
+        words += ["--timestep", f"{timestep:g}"]
+    for name in ("left_wheel", "right_wheel", "caster_friction"):
+        value = getattr(robot, name)
+        if value is not None:
+            words += [f"--{name.replace('_', '-')}", shlex.quote(str(value))]
+    if robot.keep_contacts:
+        words.append("--keep-contacts")
+    return " ".join(words)
 
 
 def missing(scenario: Scenario) -> list[str]:

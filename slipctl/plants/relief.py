@@ -31,7 +31,10 @@ def give_planes(spec: Any) -> None:
     """
     floor = spec.geom(FLOOR)
     if floor.contype or floor.conaffinity:
-        raise ModelError("an uneven floor needs a model whose floor touches through contact pairs only")
+        raise ModelError(
+            "ground.terrain needs a model whose floor touches through contact pairs only: a shipped one; "
+            "a robot of your own keeps contacts of its own beside its wheels' (no terrain for it yet)"
+        )
     for pair in spec.pairs:
         if FLOOR not in (pair.geomname1, pair.geomname2):
             continue

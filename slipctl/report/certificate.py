@@ -67,12 +67,13 @@ def standing_line(standing: Mapping[str, Any] | None, model: str) -> str | None:
     if standing is None:
         return None
     state, failed = standing["state"], standing["failed"]
+    command = standing.get("command", f"slipctl certify {model}")
     if state == "passed":
         return f"{model}: certified against closed forms"
     if state == "failed":
         missed = ", ".join(name.replace("_", " ") for name in failed)
-        return f"{model}: NOT certified against closed forms: {missed} failed; see slipctl certify {model}"
-    return f"{model}: not yet certified against closed forms; slipctl certify {model} does it"
+        return f"{model}: NOT certified against closed forms: {missed} failed; see {command}"
+    return f"{model}: not yet certified against closed forms; {command} does it"
 
 
 def number(check: Mapping[str, Any], value: float | None) -> str:

@@ -37,6 +37,12 @@ def model_problems(raw: Mapping[str, Any]) -> Iterator[Problem]:
             if lookup(raw, "ground", key) is not None:
                 allowed = "none with robot.keep_contacts = true: it holds on calibrated contacts only"
                 yield Problem(f"ground.{key}", show(lookup(raw, "ground", key)), allowed)
+        for table in ("patch", "change"):
+            entries = lookup(raw, "ground", table)
+            for index, entry in enumerate(entries if isinstance(entries, list | tuple) else ()):
+                if lookup(entry, "film") is not None:
+                    allowed = "no film with robot.keep_contacts = true: it holds on calibrated contacts only"
+                    yield Problem(f"ground.{table}[{index}].film", show(lookup(entry, "film")), allowed)
 
 
 def with_whole_path(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:

@@ -93,7 +93,12 @@ def test_a_run_without_a_certificate_says_so_and_how_to_get_one(on_mujoco, tmp_p
     out = capsys.readouterr().out
     assert "magellan_pro: not yet certified against closed forms; slipctl certify magellan_pro does it" in out
     manifest = json.loads((tmp_path / "runs" / "short" / "manifest.json").read_text())
-    assert manifest["certified"] == {"against": "closed forms", "state": "missing", "failed": []}
+    assert manifest["certified"] == {
+        "against": "closed forms",
+        "state": "missing",
+        "failed": [],
+        "command": "slipctl certify magellan_pro",
+    }
 
 
 def test_a_certified_run_says_against_what(quick, on_mujoco, tmp_path, capsys):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slipctl.scenario import canonical, dump, is_path, load, read, scenario_id
-from tests.scenario.documents import EIGHT, PAPER, changed, only
+from tests.scenario.documents import EIGHT, PAPER, changed, only, refused
 
 ROBOT = "<mujoco><worldbody><body/></worldbody></mujoco>"
 
@@ -79,3 +79,21 @@ def test_shipped_scenarios_say_nothing_of_it():
         dump(scenario)["robot"]
     )
     assert "wheel" not in canonical(scenario).replace("wheel_speed", "")
+
+
+@pytest.mark.parametrize(
+    ("table", "entry"),
+    [
+        ("patch", {"kind": "disc", "x": 0.0, "y": 0.0, "radius": 0.2, "friction": 0.3, "film": 5.0}),
+        ("change", {"time": 0.5, "film": 5.0}),
+    ],
+)
+def test_film_on_kept_contacts_is_refused_wherever_it_stands(tmp_path, table, entry):
+    """It once ran silently where it came by a patch or a change."""
+    robot = tmp_path / "robot.xml"
+    robot.write_text("<mujoco/>", encoding="utf-8")
+    document = {
+        **changed(EIGHT, {"sweep": None, "ground": {table: [entry]}}),
+        "robot": {"model": str(robot), "drive": "wheel_speed", "keep_contacts": True},
+    }
+    assert f"ground.{table}[0].film" in {problem.key for problem in refused(document)}
