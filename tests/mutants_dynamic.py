@@ -22,6 +22,7 @@ from tests.mutants import Mutant, forgetful, on_arguments, on_result
 
 ODE, BUILDERS = "slipctl.plants.dynamic_ode", "tests.dynamic"
 NOMINAL, ROBUST = "slipctl.control.nominal_dynamic", "slipctl.control.robust_dynamic"
+SHARED = "slipctl.control.flat_dynamic"
 THEORY, TORQUE, SLIP = "slipctl.theory.dynamic", "slipctl.control.torque", "slipctl.theory.slip"
 LOOP, TORQUED = (section_five_b_begins,), (torques, section_five_b_begins)
 
@@ -123,7 +124,7 @@ MUTANTS = [
         lambda original: property(lambda body: (original.fget(body) + body.yaw_inertia) / 2.0),
         (torques,),
     ),
-    Mutant("(27) as printed, in the law", NOMINAL, "invert_dynamics", printed_27, LOOP),
+    Mutant("(27) as printed, in the law", SHARED, "invert_dynamics", printed_27, LOOP),
     Mutant("(27) as printed, in the theory", THEORY, "invert_dynamics", printed_27, (inverse_of_dynamics,)),
     Mutant("C with w for Ω", THEORY, "slip_terms", printed_c, (third_derivative,)),
     Mutant(
@@ -133,8 +134,8 @@ MUTANTS = [
         on_result(lambda terms: (terms[0], 0.0 * terms[1])),
         (third_derivative,),
     ),
-    Mutant("drift left out", NOMINAL, "drift", on_result(lambda a: 0.0 * a), LOOP),
-    Mutant("Ω for w in A", NOMINAL, "model_drift", on_arguments(heading_rate_for_yaw_rate), LOOP),
+    Mutant("drift left out", SHARED, "drift", on_result(lambda a: 0.0 * a), LOOP),
+    Mutant("Ω for w in A", SHARED, "model_drift", on_arguments(heading_rate_for_yaw_rate), LOOP),
     Mutant("A flipped", THEORY, "drift", on_result(lambda a: -a), (third_derivative,)),
     Mutant("torque held instead of ramped", TORQUE, "TorqueDrive.command", on_result(held_torque), (ramp,)),
     Mutant(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.theory.robot import WheelGeometry
-from slipctl.tick import Array, SpeedCommand
+from slipctl.tick import Array, SpeedCommand, Start
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,10 @@ class DriveLimits:
     speed_limit: Array
     yaw_rate_limit: Array
     speed_floor: Array
+
+    def start(self, start: Start) -> SpeedMemory:
+        """Return what a law remembers before the first tick: the planned speed, never below the floor."""
+        return SpeedMemory(np.maximum(start.forward_speed, self.speed_floor))
 
     def command(
         self, commanded_speed: Array, forward_acceleration: Array, yaw_rate: Array, tick: float | Array

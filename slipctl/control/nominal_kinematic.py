@@ -27,7 +27,7 @@ class NominalKinematic:
 
     def start(self, start: Start) -> SpeedMemory:
         """Return the memory at the start: the planned speed, never below the floor."""
-        return SpeedMemory(np.maximum(start.forward_speed, self.drive.speed_floor))
+        return self.drive.start(start)
 
     def update(
         self, memory: SpeedMemory, reference: Reference, motion: Motion, tick: float | Array

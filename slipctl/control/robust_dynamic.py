@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipctl.control.nominal_dynamic import decide, flat_errors, model_drift, weighted_sum
+from slipctl.control.flat_dynamic import decide, flat_errors, model_drift, weighted_sum
 from slipctl.control.torque import PushMemory, TorqueDrive
 from slipctl.theory.robust import corrective_input, norm
 from slipctl.theory.robust_dynamic import DynamicBound, DynamicState

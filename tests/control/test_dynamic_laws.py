@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipctl.control.nominal_dynamic import flat_errors
+from slipctl.control.flat_dynamic import flat_errors
 from slipctl.control.torque import PushMemory, TorqueDrive
 from slipctl.theory.dynamic import drift
 from slipctl.theory.flatness import apply_decoupling
