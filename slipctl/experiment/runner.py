@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import platform
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +14,7 @@ from slipctl import scenario as files
 from slipctl.experiment import assemble, certified, folder
 from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
+from slipctl.experiment.machine import machine, versions
 from slipctl.experiment.record import record_worlds, worlds_to_record
 from slipctl.experiment.result import Result, metrics_table, varied_keys, write_json
 
@@ -133,31 +132,6 @@ def _simulate(
 def _threads(worlds: int) -> int:
     """Return how many threads pay: handing a tick over costs as much as a few worlds' physics."""
     return max(1, min(os.cpu_count() or 1, worlds // 4))
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that decide the numbers."""
-    return {name: version(name) for name in ("slipctl", "mujoco", "numpy", "scipy", "rerun-sdk", "pyarrow")}
-
-
-def machine() -> dict[str, Any]:
-    """Return what the numbers were made on."""
-    return {
-        "system": platform.system(),
-        "architecture": platform.machine(),
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "python": platform.python_version(),
-    }
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor()
 
 
 def _manifest(scenario: files.Scenario, worlds: Sequence[files.World], model_id: str) -> dict[str, Any]:
