@@ -27,11 +27,14 @@ def explain(error: Exception) -> Exit:
     What the user can put right is a message. Anything else is a defect of slipctl: it is shown with its
     traceback and ends as "could not be judged", because 1 would tell a CI job that a gate had failed.
     """
-    from slipctl.experiment.folder import OutputError
-    from slipctl.experiment.record import RecordChoiceError
-    from slipctl.plants.errors import ModelError
-    from slipctl.scenario import ScenarioError
-    from slipctl.view import RecordingError, ViewerError
+    try:
+        from slipctl.experiment.folder import OutputError
+        from slipctl.experiment.record import RecordChoiceError
+        from slipctl.plants.errors import ModelError
+        from slipctl.scenario import ScenarioError
+        from slipctl.view import RecordingError, ViewerError
+    except Exception:  # slipctl itself is broken, which is what ended the command in the first place
+        return _defect(error)
 
     if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError | ModelError):
         print(error, file=sys.stderr)
@@ -42,6 +45,10 @@ def explain(error: Exception) -> Exit:
     if isinstance(error, OSError):
         print(f"could not go on: {error}", file=sys.stderr)
         return Exit.NOT_JUDGED
+    return _defect(error)
+
+
+def _defect(error: Exception) -> Exit:
     traceback.print_exception(error)
     print("this is a defect of slipctl, not of your input", file=sys.stderr)
     return Exit.NOT_JUDGED
