@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
+from slipctl.experiment.own import OwnLaws, lineup
 from slipctl.guarantee import verdict, with_guarantee
 from slipctl.metrics import measure
 from slipctl.recording import Recorder, signal_table, with_errors
@@ -76,21 +77,23 @@ def run_batch(
     robot: assemble.RobotModel,
     threads: int,
     progress: Callable[[int], None],
+    laws: OwnLaws | None = None,
 ) -> Iterator[list[Run]]:
     """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
 
-    `progress` is told the number of world-ticks done in this batch.
+    `progress` is told the number of world-ticks done in this batch. The own `laws` come after the listed
+    controllers.
     """
     members = [worlds[index] for index in indices]
     first = members[0].scenario
-    tick, controllers = first.tick, first.controller
+    laws = laws or {}
+    tick, runs_of_world = first.tick, len(first.controller) + len(laws)
     planned = assemble.references(members)
     start = assemble.start(members, planned)
     plant = assemble.plant(members, robot, threads)
     rows = len(planned.position)
-    for position, config in enumerate(controllers):
-        law = assemble.law(members, position, robot)
-        known = assemble.believed(members, position, robot.inertia).geometry
+    for position, entrant in enumerate(lineup(members, robot, laws)):
+        law, known = entrant.law, entrant.known
         sensor = (
             None
             if assemble.sees_the_truth(worlds)
@@ -111,14 +114,14 @@ def run_batch(
         columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
         runs = []
         for row, index in enumerate(indices):
-            run = index * len(controllers) + position
+            run = index * runs_of_world + position
             last = int(ending.last_row[row])
             runs.append(
                 Run(
                     index=run,
                     world=index,
-                    label=config.label,
-                    kind=config.kind,
+                    label=entrant.label,
+                    kind=entrant.kind,
                     status=STATUS_NAMES[Status(int(ending.status[row]))],
                     end_time=last * tick,
                     metrics=measure(columns, row, last),

@@ -171,4 +171,5 @@ def _theorem(config: Any) -> Theorem | None:
 
 
 def _config(world: World, label: str) -> Any:
-    return next(controller for controller in world.scenario.controller if controller.label == label)
+    # None for a law of one's own, of which the scenario says nothing
+    return next((listed for listed in world.scenario.controller if listed.label == label), None)

@@ -15,6 +15,7 @@ from slipctl.experiment import assemble, certified, folder
 from slipctl.experiment.batch import batches, run_batch
 from slipctl.experiment.collect import Collector
 from slipctl.experiment.machine import machine, versions
+from slipctl.experiment.own import OwnLaws, check_labels, described
 from slipctl.experiment.record import record_worlds, worlds_to_record
 from slipctl.experiment.result import Result, metrics_table, varied_keys, write_json
 
@@ -32,6 +33,7 @@ def run(
     record: str = "auto",
     threads: int | None = None,
     progress: Progress | None = None,
+    laws: OwnLaws | None = None,
 ) -> Result:
     """Run every world of a scenario under every listed controller.
 
@@ -46,6 +48,9 @@ def run(
         Threads for MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
     progress : callable, optional
         Called with steps done, steps in all and a text.
+    laws : mapping, optional
+        Laws of one's own by label: they run beside the listed controllers, in the same worlds. Each is a
+        `slipctl.simulate.Controller`, or what makes one from a `slipctl.experiment.own.KnownRobot`.
 
     Returns
     -------
@@ -57,9 +62,13 @@ def run(
         Where the scenario is wrong.
     slipctl.experiment.folder.OutputError
         Where `out` cannot be written.
+    slipctl.experiment.checked.OwnLawError
+        Where an own law has a label that cannot be, raises, or gives what does not fit or is not finite.
     """
     if not isinstance(scenario, files.Scenario):
         scenario = files.load(scenario)
+    laws = dict(laws or {})
+    check_labels(laws, [controller.label for controller in scenario.controller])
     worlds = files.worlds(scenario)
     began = time.monotonic()
     tell = progress or (lambda done, total, text: None)
@@ -72,7 +81,7 @@ def run(
         robot = assemble.read_robot(scenario)
         collector = Collector(part)
         try:
-            _simulate(worlds, robot, threads, collector, tell)
+            _simulate(worlds, robot, threads, collector, tell, laws)
         except KeyboardInterrupt:
             collector.interrupted = True
             collector.flush()
@@ -80,6 +89,8 @@ def run(
                 raise
         signals = collector.close()
         manifest = _manifest(scenario, worlds, robot.model_id)
+        if laws:
+            manifest["own_laws"] = described(laws)
         if robot.notes:
             manifest["robot_notes"] = list(robot.notes)
         recordings: dict[int, str] = {}
@@ -112,8 +123,10 @@ def _simulate(
     threads: int | None,
     collector: Collector,
     tell: Progress,
+    laws: OwnLaws,
 ) -> None:
-    steps = [assemble.tick_count(world.scenario) * len(world.scenario.controller) for world in worlds]
+    runs = len(worlds[0].scenario.controller) + len(laws)
+    steps = [assemble.tick_count(world.scenario) * runs for world in worlds]
     total, done = sum(steps), 0
     longest = max(assemble.tick_count(world.scenario) for world in worlds) + 1
     largest = max(1, min(LARGEST_BATCH, ROWS_IN_MEMORY // longest))
@@ -123,8 +136,9 @@ def _simulate(
         def report(within: int, before: int = done, text: str = text) -> None:
             tell(before + within, total, text)
 
-        for runs in run_batch(worlds, indices, robot, threads or _threads(len(indices)), report):
-            collector.add(runs)
+        workers = threads or _threads(len(indices))
+        for finished in run_batch(worlds, indices, robot, workers, report, laws):
+            collector.add(finished)
         collector.flush()
         done += sum(steps[index] for index in indices)
 
