@@ -13,6 +13,7 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
+from slipctl.scenario.expect import Below, BelowBound, Better, Claim, Guarantee, StatusIs
 from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
@@ -31,15 +32,20 @@ from slipctl.scenario.templates import template
 __all__ = [
     "Axis",
     "Believes",
+    "Below",
+    "BelowBound",
+    "Better",
     "Bumps",
     "Change",
     "Circle",
+    "Claim",
     "Controller",
     "Disc",
     "Disturbance",
     "DynamicOde",
     "FigureEight",
     "Ground",
+    "Guarantee",
     "KinematicOde",
     "Line",
     "Mujoco",
@@ -65,6 +71,7 @@ __all__ = [
     "Slip",
     "Span",
     "Start",
+    "StatusIs",
     "Stripes",
     "Terrain",
     "Waves",

@@ -121,8 +121,8 @@ def _grid_problems(tables: Mapping[str, Any], axes: Sequence[Axis]) -> list[Prob
 
 
 def tables_of(scenario: Scenario) -> dict[str, Any]:
-    """Give the keys that a scenario was given as tables, without its sweep."""
-    return scenario.model_dump(exclude_unset=True, exclude={"sweep"})
+    """Give the keys that a scenario was given as tables, without its sweep and its claims."""
+    return scenario.model_dump(exclude_unset=True, exclude={"sweep", "expect"})
 
 
 def worlds(scenario: Scenario) -> list[World]:
