@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipctl.cli.certify import RequireCertified, require
-from slipctl.cli.exits import BadInput, Exit
+from slipctl.cli.exits import Exit
 from slipctl.cli.options import Json, Quiet, Threads
 from slipctl.cli.progress import interruptible, progress_bar
+from slipctl.cli.recording import reason_to_record, record_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,8 +30,11 @@ def check(
             show_default=False,
         ),
     ] = None,
+    record: Annotated[
+        bool, typer.Option("--record", help="Record a first baseline: numbers and measured tolerances.")
+    ] = False,
     update: Annotated[
-        bool, typer.Option("--update", help="Record the present numbers as the baseline.")
+        bool, typer.Option("--update", help="Record it again, in place of the old one; needs --reason.")
     ] = False,
     reason: Annotated[
         str | None,
@@ -45,43 +49,35 @@ def check(
 
     Worse than recorded, or another status: exit 1. No sound baseline: exit 3, unless something else failed.
     """
-    if update and not (reason or "").strip():
-        raise BadInput(
-            "--update needs --reason: say why the numbers may change, for those who read the baseline later"
-        )
-    if reason is not None and not update:
-        raise BadInput("--reason goes with --update only")
+    why = reason_to_record(record, update, reason)
     from slipctl import regression
 
     names = scenarios or regression.recorded_scenarios()
     if not names:
         print(
-            "no scenario has a baseline; record one: slipctl check NAME --update --reason '…'",
+            "no scenario has a baseline; record one: slipctl check NAME --record",
             file=sys.stderr,
         )
         raise typer.Exit(Exit.NOT_JUDGED)
     loaded = _read(names)
     if require_certified:
         require(loaded)
+    if why is not None:
+        record_all(names, loaded, why, record, threads, json_output, quiet)
+        return
     reports = []
     for name in names:
-        stopped = f"interrupted; {name} was not judged"
-        with interruptible(stopped), progress_bar(quiet) as progress:
-            if reason is not None:
-                report, path = regression.update(name, reason.strip(), threads, progress)
-            else:
-                report, path = regression.check(name, threads, progress), None
+        with interruptible(f"interrupted; {name} was not judged"), progress_bar(quiet) as progress:
+            report = regression.check(name, threads, progress)
         reports.append(report)
         for note in report.notes:
             print(f"{report.scenario}: {note}", file=sys.stderr)
         if not json_output and not quiet:
-            _show(report, updated=update)
-        if path is not None:
-            print(f"{path} written", file=sys.stderr)
-    status = Exit.GOOD if update else verdict(reports)
+            _show(report)
+    status = verdict(reports)
     if json_output and status < Exit.BAD_INPUT:
         print(json.dumps(as_json(reports, passed=status == Exit.GOOD), allow_nan=False, ensure_ascii=False))
-    if (json_output or quiet) and not update:
+    if json_output or quiet:
         _say_failures(reports)
     if status:
         raise typer.Exit(status)
@@ -107,14 +103,14 @@ def _read(names: Sequence[str]) -> list[Scenario]:
     return [load(name) for name in names]
 
 
-def _show(report: Report, updated: bool) -> None:
+def _show(report: Report) -> None:
     from rich.console import Console
 
     from slipctl.report.certificate import standing_line
     from slipctl.report.findings import lines
 
     console = Console(highlight=False)
-    for line in lines(report.scenario, [finding.json() for finding in report.findings], updated):
+    for line in lines(report.scenario, [finding.json() for finding in report.findings]):
         console.print(line, soft_wrap=True)
     certified = standing_line(report.certified, report.model)
     if certified is not None:

@@ -1,15 +1,17 @@
 """The gate: metrics of a scenario against committed baselines, per controller, world and seed."""
 
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, RunBaseline, read, write
-from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios, update
+from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios
 from slipctl.regression.judge import Finding, Verdict, judge
-from slipctl.regression.tolerance import measure
+from slipctl.regression.record import Recording, record
+from slipctl.regression.spread import measure
 
 __all__ = [
     "Baseline",
     "CannotJudge",
     "Finding",
     "Number",
+    "Recording",
     "Report",
     "RunBaseline",
     "Verdict",
@@ -18,7 +20,7 @@ __all__ = [
     "judge",
     "measure",
     "read",
+    "record",
     "recorded_scenarios",
-    "update",
     "write",
 ]
