@@ -155,8 +155,10 @@ def run_key(controller: str, varied: Mapping[str, Any], seed: int) -> tuple[str,
     return controller, json.dumps(dict(varied), sort_keys=True), seed
 
 
-def read(path: Path, source: str | None = None) -> Baseline:
+def read(path: Path, source: str | None = None, command: str | None = None) -> Baseline:
     """Read the baseline of a scenario that the user called `source`, by default by the file's name.
+
+    Messages name the `command` that records it, by default that of `slipctl check`.
 
     Raises
     ------
@@ -165,11 +167,12 @@ def read(path: Path, source: str | None = None) -> Baseline:
         tolerances are smaller than the movements they were made from.
     """
     name = source or path.stem
-    again = f"record it again: slipctl check {name} --update --reason '…'"
+    once = command or f"slipctl check {name} --record"
+    again = "record it again: " + (command or f"slipctl check {name} --update --reason '…'")
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise CannotJudge(f"no baseline {path}; record one: slipctl check {name} --record") from None
+        raise CannotJudge(f"no baseline {path}; record one: {once}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise CannotJudge(f"baseline {path} cannot be read: {error}") from None
     found = _format(text)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl import experiment, shipped
+from slipctl.experiment.own import OwnLaws
 from slipctl.regression.baseline import Baseline, CannotJudge, read
 from slipctl.regression.judge import Finding, Verdict, judge
 from slipctl.regression.origin import Origin, differences, is_elsewhere
@@ -120,15 +121,17 @@ def report(
     return Report(scenario.name, tuple(findings), tuple(notes), certified, scenario.robot.model, recorded)
 
 
-def run(scenario: Scenario, threads: int | None, progress: Progress | None) -> experiment.Result:
-    """Run a scenario, keeping everything in memory.
+def run(
+    scenario: Scenario, threads: int | None, progress: Progress | None = None, laws: OwnLaws | None = None
+) -> experiment.Result:
+    """Run a scenario, with laws of one's own or without, keeping everything in memory.
 
     Raises
     ------
     KeyboardInterrupt
         It was interrupted.
     """
-    result = experiment.run(scenario, out=None, record="none", threads=threads, progress=progress)
+    result = experiment.run(scenario, out=None, record="none", threads=threads, progress=progress, laws=laws)
     if result.interrupted:
         raise KeyboardInterrupt
     return result

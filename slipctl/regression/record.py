@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slipctl.experiment import Result
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, read, run_key, write
 from slipctl.regression.check import Progress, Report, baseline_file, compare, report, run
 from slipctl.regression.origin import Origin
-from slipctl.regression.spread import measure, neighbours
+from slipctl.regression.spread import Neighbour, measure, neighbours
 from slipctl.regression.tracks import ticks_of_runs, tracks_file, write_tracks
 from slipctl.scenario import Scenario, load
 
@@ -73,13 +74,29 @@ def record(
     scenario = load(source)
     path = baseline_file(source, scenario)
     result = run(scenario, 1, progress)
-    payload = result.json()
 
     def run_beside(moved: Scenario, cores: int | None) -> Mapping[str, Any]:
         return run(moved, cores, progress).json()
 
     beside = neighbours(scenario, run_beside, threads)
-    new = Baseline(
+    new = new_baseline(result, beside, reason)
+    old = None
+    try:
+        old = read(path)
+        said = compare(scenario, old, result)
+    except CannotJudge as error:
+        notes = (f"nothing to compare with: {error}",) if path.exists() else ()
+        said = report(scenario, result, (), notes)
+    write_with_tracks(new, result, path)
+    return Recording(said, path, new, changes(old, new))
+
+
+def new_baseline(
+    result: Result, beside: Mapping[tuple[str, str, int], Sequence[Neighbour]], reason: str
+) -> Baseline:
+    """Make a baseline of a result and of the runs beside it, as of `slipctl.regression.spread.neighbours`."""
+    payload = result.json()
+    return Baseline(
         scenario=payload["scenario"],
         scenario_id=payload["scenario_id"],
         model_id=payload["model_id"],
@@ -90,18 +107,20 @@ def record(
         reason=reason,
         runs=measure(payload, ticks_of_runs(result), beside),
     )
-    old = None
-    try:
-        old = read(path)
-        said = compare(scenario, old, result)
-    except CannotJudge as error:
-        notes = (f"nothing to compare with: {error}",) if path.exists() else ()
-        said = report(scenario, result, (), notes)
-    about = {"scenario_id": new.scenario_id, "date": new.date, "commit": new.commit or ""}
+
+
+def write_with_tracks(baseline: Baseline, result: Result, path: Path) -> None:
+    """Write a baseline, and the tracks of its runs beside it.
+
+    Raises
+    ------
+    OSError
+        The folder is not writable.
+    """
+    about = {"scenario_id": baseline.scenario_id, "date": baseline.date, "commit": baseline.commit or ""}
     # The tracks go first: without a baseline they are not looked at.
     write_tracks(result, tracks_file(path), about)
-    write(new, path)
-    return Recording(said, path, new, changes(old, new))
+    write(baseline, path)
 
 
 def changes(old: Baseline | None, new: Baseline) -> list[dict[str, Any]]:
