@@ -100,7 +100,7 @@ def test_what_has_no_mean_is_refused():
 def test_it_is_the_percentile_bootstrap_of_scipy_at_the_raised_level(count):
     values = np.sort(np.random.default_rng(count).exponential(1.0, count))
     student = stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)
-    level = 1.0 - 2.0 * stats.norm.cdf(-math.sqrt(count / (count - 1)) * student)
+    level = float(1.0 - 2.0 * stats.norm.cdf(-math.sqrt(count / (count - 1)) * student))
     assert level > CONFIDENCE
     assert special.ndtr(-math.sqrt(4 / 3) * stats.t.ppf(0.975, 3)) < 4.0**-4  # below 5: the extremes
     theirs = stats.bootstrap(
