@@ -141,6 +141,22 @@ def test_c_and_d_are_the_second_derivative_of_the_slipping_flat_output(v, headin
     np.testing.assert_allclose(d_matrix[0], d_derived, rtol=0, atol=1e-14)
 
 
+def test_c_and_d_of_a_history_are_those_of_its_instants():
+    v, rate, other, heading, *slips = np.random.default_rng(4).uniform(-1.0, 1.0, (7, 2, 3))
+    whole = slip_terms(v, Slip(*slips), rate, other, np.cos(heading), np.sin(heading))
+    for k in range(3):
+        alone = slip_terms(
+            v[:, k],
+            Slip(*(array[:, k] for array in slips)),
+            rate[:, k],
+            other[:, k],
+            np.cos(heading[:, k]),
+            np.sin(heading[:, k]),
+        )
+        np.testing.assert_array_equal(whole[0][:, k], alone[0])
+        np.testing.assert_array_equal(whole[1][:, k], alone[1])
+
+
 def test_c_and_d_vanish_without_slip():
     zero = np.zeros(3)
     heading = np.array([0.3, 2.0, -2.5])
