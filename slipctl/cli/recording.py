@@ -89,10 +89,11 @@ def _refuse_recorded(names: Sequence[str], loaded: Sequence[Scenario]) -> None:
 def _show(recording: Recording) -> None:
     from rich.console import Console
 
-    from slipctl.report.changes import summary, table
+    from slipctl.report.changes import summary, tables
 
     console = Console(highlight=False)
     runs = [run.model_dump() for run in recording.baseline.runs]
     console.print(summary(recording.report.scenario, runs, recording.changes), markup=False, soft_wrap=True)
     if recording.changes:
-        console.print(table(recording.changes))
+        for laid in tables(recording.changes):
+            console.print(laid)

@@ -45,8 +45,7 @@ class Number(_Strict):
         Largest difference seen from starts moved by a nanometre or a nanoradian and on one to three threads;
         None where one of those runs ended otherwise, so that there is nothing to subtract.
     halving
-        Difference seen with half the timestep; None where the plant has none, or where that run ended
-        otherwise.
+        Difference seen with half the timestep; None where the plant has none, or where the number was not finite.
     gate
         ``number``: judged by the tolerance. ``verdict``: chaotic, kept for information only; the run is
         judged by its status and by the scenario's claims.
@@ -109,7 +108,7 @@ class RunBaseline(_Strict):
     @model_validator(mode="after")
     def _gated_by_what_was_seen(self) -> Self:
         for metric, number in self.metrics.items():
-            chaotic = is_chaotic(metric, number.value, number.spread, number.halving)
+            chaotic = is_chaotic(metric, number.value, number.spread)
             if number.gate == "number" and chaotic:
                 raise ValueError(f"{metric} moved so far that it cannot be gated on its number")
             if number.gate == "verdict" and not (chaotic or self.statuses_seen or number.spread is None):

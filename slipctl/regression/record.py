@@ -162,13 +162,19 @@ def _differ(was: Number, now: Number) -> bool:
 
 
 def _commit() -> str | None:
-    """Git commit of this checkout, marked where files were changed; None outside one."""
+    """Git commit of this checkout, marked where code or models were changed since; None outside one."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    commit = _git(root, "rev-parse", "--short=12", "HEAD")
+    changed = _git(root, "status", "--porcelain", "--", "slipctl", "models")
+    return commit and commit + ("-dirty" if changed else "")
+
+
+def _git(root: Path, *arguments: str) -> str | None:
+    command = ["git", "-C", str(root), *arguments]
     try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
-    except (OSError, subprocess.SubprocessError):
+        answer = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=10)
+    except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return None
     return answer.stdout.strip() or None

@@ -90,7 +90,7 @@ def number(metric: str, value: float | None, seen: Seen, ticks: int) -> Number:
         why = f"chaotic: a run beside this one ended otherwise; {GATED_ON}; {moved}"
         return Number(value=value, spread=None, gate="verdict", why=why, **sizes)
     spread = max(nudged or 0.0, threads or 0.0)
-    if is_chaotic(metric, value, spread, halving):
+    if is_chaotic(metric, value, spread):
         why = f"chaotic: it moved by more than {CHAOTIC:.0%}; {GATED_ON}; {moved}"
         return Number(value=value, spread=spread, gate="verdict", why=why, **sizes)
     return Number(value=value, spread=spread, why=f"{reason}; {moved}", **sizes)
