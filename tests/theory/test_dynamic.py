@@ -177,22 +177,20 @@ def test_a_history_is_as_good_as_an_instant():
     """Arrays (N, T) give what every column gives alone."""
     rng = np.random.default_rng(4)
     v, w, mu1, rate, second, angle, *slips = rng.uniform(-1.0, 1.0, (9, 2, 3))
-    facing = np.cos(angle), np.sin(angle)
-    whole = (
-        drift(v, w, mu1, *facing),
-        *slip_terms(v, w, mu1, Slip(*slips), rate, second, facing[0], facing[1]),
-        PAPER.torques(mu1, rate, np.stack([v, w], axis=-1)),
-        MAGELLAN_PRO.wheel_rates(v, w),
-    )
-    for k in range(3):
-        now: Any = tuple(array[:, k] for array in (v, w, mu1, rate, second, *facing))
-        alone = (
-            drift(*now[:3], *now[5:]),
-            *slip_terms(*now[:3], Slip(*(array[:, k] for array in slips)), *now[3:]),
-            PAPER.torques(now[2], now[3], np.stack(now[:2], axis=-1)),
-            MAGELLAN_PRO.wheel_rates(*now[:2]),
+    cosine, sine = np.cos(angle), np.sin(angle)
+
+    def everything(at: Any) -> tuple[Array, ...]:
+        slip = Slip(*(array[at] for array in slips))
+        known = v[at], w[at], mu1[at]
+        return (
+            drift(*known, cosine[at], sine[at]),
+            *slip_terms(*known, slip, rate[at], second[at], cosine[at], sine[at]),
+            PAPER.torques(mu1[at], rate[at], np.stack([v[at], w[at]], axis=-1)),
+            MAGELLAN_PRO.wheel_rates(v[at], w[at]),
         )
-        for all_of_it, one_of_it in zip(whole, alone, strict=True):
+
+    for k in range(3):
+        for all_of_it, one_of_it in zip(everything(...), everything(np.s_[:, k]), strict=True):
             np.testing.assert_array_equal(all_of_it[:, k], one_of_it)
 
 

@@ -76,6 +76,13 @@ def test_small_gain_is_for_the_kinematic_law_only():
         assert ultimate.small_gain(*one_axis(pole, 2)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.parametrize(("corner", "last"), [(2.0, 1.0), (1.0, 1.0), (0.0, 1.0), (-0.5, 1.0)])
+def test_small_gain_promises_nothing_without_damping_or_coupling(corner, last):
+    """a = K₂ − P₁₂/P₂₂ and P₁₂ must be positive: matrices by hand, for Q = I they always are."""
+    weights = np.array([[3.0, corner], [corner, last]])
+    assert ultimate.small_gain(np.array([0.25, 1.0]), weights) == math.inf
+
+
 def worst_case(
     pole: float, order: int, layer: float, gain: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
