@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipctl.cli.certify import RequireCertified, require
-from slipctl.cli.exits import Exit
+from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Quiet, Threads
 from slipctl.cli.progress import interruptible, progress_bar
 from slipctl.cli.recording import reason_to_record, record_all
@@ -40,6 +40,14 @@ def check(
         str | None,
         typer.Option("--reason", metavar="TEXT", help="Why the numbers may change; kept in the baseline."),
     ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            "--against",
+            metavar="REV|RUN",
+            help="Compare with another git revision, run here and now, or with a run folder.",
+        ),
+    ] = None,
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
@@ -50,6 +58,8 @@ def check(
     Worse than recorded, or another status: exit 1. No sound baseline: exit 3, unless something else failed.
     """
     why = reason_to_record(record, update, reason)
+    if against is not None and why is not None:
+        raise BadInput("--against compares and records nothing: it does not go with --record or --update")
     from slipctl import regression
 
     names = scenarios or regression.recorded_scenarios()
@@ -65,10 +75,15 @@ def check(
     if why is not None:
         record_all(names, loaded, why, record, threads, json_output, quiet)
         return
+    if against is not None:
+        _look_up(names, against)
     reports = []
     for name in names:
         with interruptible(f"interrupted; {name} was not judged"), progress_bar(quiet) as progress:
-            report = regression.check(name, threads, progress)
+            if against is None:
+                report = regression.check(name, threads, progress)
+            else:
+                report = regression.against(name, against, threads, progress)
         reports.append(report)
         for note in report.notes:
             print(f"{report.scenario}: {note}", file=sys.stderr)
@@ -103,6 +118,15 @@ def _read(names: Sequence[str]) -> list[Scenario]:
     return [load(name) for name in names]
 
 
+def _look_up(names: Sequence[str], against: str) -> None:
+    from slipctl.regression import UnknownRevision, look_up
+
+    try:
+        look_up(names, against)
+    except UnknownRevision as error:
+        raise BadInput(str(error)) from None
+
+
 def _show(report: Report) -> None:
     from rich.console import Console
 
@@ -110,7 +134,9 @@ def _show(report: Report) -> None:
     from slipctl.report.findings import lines
 
     console = Console(highlight=False)
-    for line in lines(report.scenario, [finding.json() for finding in report.findings]):
+    findings, other = [finding.json() for finding in report.findings], (report.recorded or {}).get("against")
+    # what is better than another revision need not be recorded
+    for line in lines(report.scenario, findings, updated=other is not None, since=other):
         console.print(line, soft_wrap=True)
     certified = standing_line(report.certified, report.model)
     if certified is not None:

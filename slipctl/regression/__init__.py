@@ -1,7 +1,9 @@
 """The gate: metrics of a scenario against committed baselines, per controller, world and seed."""
 
+from slipctl.regression.against import against, look_up
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, RunBaseline, read, write
 from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios
+from slipctl.regression.git import UnknownRevision
 from slipctl.regression.judge import Finding, Verdict, judge
 from slipctl.regression.record import Recording, record
 from slipctl.regression.spread import measure
@@ -14,10 +16,13 @@ __all__ = [
     "Recording",
     "Report",
     "RunBaseline",
+    "UnknownRevision",
     "Verdict",
+    "against",
     "baseline_file",
     "check",
     "judge",
+    "look_up",
     "measure",
     "read",
     "record",

@@ -81,10 +81,9 @@ def _what_there_is(root: Path, revision: str) -> str:
     return text
 
 
-def short(root: Path, commit: str) -> str:
-    """Return what people call a commit: its short hash and its day."""
-    answer = _git(root, "show", "--no-patch", "--format=%h of %cs", commit)
-    return answer.stdout.strip() or commit[:12]
+def day(root: Path, commit: str) -> str:
+    """Return the day of a commit, as 2026-01-31."""
+    return _git(root, "show", "--no-patch", "--format=%cs", commit).stdout.strip()
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Temporary checkouts: the right commit, nothing of the user's touched, nothing left behind."""
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -48,7 +49,7 @@ def test_names_mean_what_git_says(repository):
     first, second = repository.git("rev-list", "--reverse", "HEAD").split()
     for name, commit in {"release": first, "HEAD~1": first, "main": second, second[:10]: second}.items():
         assert git.commit_of(repository.folder, name) == commit
-    assert git.short(repository.folder, first).split(" of ")[0] == first[:7]
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", git.day(repository.folder, first))
 
 
 @pytest.mark.parametrize(
