@@ -68,6 +68,12 @@ def test_the_wheel_holds_every_module_and_nothing_else(wheel):
     assert tops == {"slipctl", f"slipctl-{version()}.dist-info"}
 
 
+def test_the_wheel_tells_pytest_of_the_plugin(wheel):
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (name for name in archive.namelist() if name.endswith("entry_points.txt"))
+    assert "[pytest11]\nslipctl = slipctl.pytest_plugin" in archive.read(name).decode()
+
+
 def version():
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
