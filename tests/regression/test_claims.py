@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipctl import experiment
+from slipctl import experiment, shipped
 from slipctl.metrics import UNITS
 from slipctl.regression.bootstrap import mean_ratio
+from slipctl.regression.check import check
 from slipctl.regression.claims import judge_claims
 from slipctl.regression.judge import Finding, Verdict
 from slipctl.scenario import Scenario, dump, load, read
@@ -351,3 +352,20 @@ def test_a_benefit_that_disappears_fails_on_real_runs():
     lost = only(scenario, experiment.run(scenario, out=None, record="none", threads=1).json())
     assert lost.verdict is Verdict.CLAIM_FAILED
     assert lost.current == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("slip_bound", "verdict"), [(0.4, Verdict.CLAIM_HELD), (0.0, Verdict.CLAIM_FAILED)])
+def test_claims_are_judged_without_a_baseline_too(tmp_path, slip_bound, verdict):
+    path = tmp_path / "mine.toml"
+    text = shipped.scenario_path("paper-kinematic").read_text(encoding="utf-8")
+    text = text.partition("\n# Claims")[0].replace("tick = 0.001", "tick = 0.01")
+    text = text.replace("slip_bound = 0.4", f"slip_bound = {slip_bound}").replace("paper-kinematic", "mine")
+    claim = '[[expect]]\nkind = "better"\ncontroller = "robust_kinematic"\nthan = "nominal_kinematic"\nfactor = 5.0\n'
+    path.write_text(f"{text}\n{claim}", encoding="utf-8")
+    report = check(str(path))
+    assert [finding.verdict for finding in report.findings] == [Verdict.UNJUDGED, verdict]
+    assert not report.judged
+    assert report.failed == (verdict is Verdict.CLAIM_FAILED)
+    # without claims there is nothing to run for
+    path.write_text(text, encoding="utf-8")
+    assert [finding.verdict for finding in check(str(path)).findings] == [Verdict.UNJUDGED]
