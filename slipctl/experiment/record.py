@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipctl.experiment import assemble
 from slipctl.experiment.batch import Run
 from slipctl.experiment.collect import SIGNALS
+from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
     from slipctl.scenario import World
     from slipctl.shape import Shape
-    from slipctl.view import Theorem
+    from slipctl.view import RunInfo, Theorem
 
 MANY = 24
 """Up to so many worlds, all are recorded unless told otherwise; above, those with the largest errors."""
@@ -95,45 +96,57 @@ def record_worlds(
     """
     if not chosen:
         return {}
-    from slipctl.view import RunInfo, WorldRecording, world_slug, write_recordings
+    from slipctl.view import WorldRecording, world_slug, write_recordings
 
     names = {world: world_slug(worlds[world].varied, manifest["scenario"]) + ".rrd" for world in chosen}
     recordings = [
         WorldRecording(
             file=names[world],
-            runs=tuple(
-                RunInfo(
-                    run=run.index,
-                    label=run.label,
-                    kind=run.kind,
-                    status=run.status,
-                    end_time=run.end_time,
-                    metrics=run.metrics,
-                    slip_bound=getattr(_config(worlds[world], run.label), "slip_bound", None),
-                    theorem=_theorem(_config(worlds[world], run.label)),
-                    guarantee=run.guarantee,
-                )
-                for run in runs
-                if run.world == world
-            ),
-            info={
-                "scenario": manifest["scenario"],
-                "scenario_id": manifest["scenario_id"],
-                "model_id": manifest["model_id"],
-                "versions": manifest["versions"],
-                "description": worlds[world].scenario.description,
-                "varied": worlds[world].varied,
-                "seed": worlds[world].seed,
-                "tick": worlds[world].scenario.tick,
-                "units": UNITS,
-                **_floor(worlds[world]),
-            },
+            runs=tuple(run_info(worlds[world], run) for run in runs if run.world == world),
+            info=world_info(worlds[world], manifest),
         )
         for world in chosen
     ]
     bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
     write_recordings(folder, folder / SIGNALS, recordings, bodies)
     return names
+
+
+def world_info(world: World, manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a recording says of its world, see `slipctl.view.recording.write`."""
+    return {
+        "scenario": manifest["scenario"],
+        "scenario_id": manifest["scenario_id"],
+        "model_id": manifest["model_id"],
+        "versions": manifest["versions"],
+        "description": world.scenario.description,
+        "varied": world.varied,
+        "seed": world.seed,
+        "tick": world.scenario.tick,
+        "units": UNITS,
+        **_floor(world),
+    }
+
+
+def run_info(world: World, run: Run | Mapping[str, Any]) -> RunInfo:
+    """Return what a recording says of a run of a world: one that has just finished, or its row of metrics."""
+    from slipctl.view import RunInfo
+
+    if not isinstance(run, Mapping):
+        row = {"run": run.index, "controller": run.label, **vars(run), **run.metrics, **run.guarantee}
+        return run_info(world, row)
+    config = _config(world, run["controller"])
+    return RunInfo(
+        run=run["run"],
+        label=run["controller"],
+        kind=run["kind"],
+        status=run["status"],
+        end_time=run["end_time"],
+        metrics={name: run[name] for name in UNITS},
+        slip_bound=getattr(config, "slip_bound", None),
+        theorem=_theorem(config),
+        guarantee={name: run[name] for name in ("first_violation", *METRIC_UNITS)},
+    )
 
 
 def _floor(world: World) -> dict[str, Any]:

@@ -70,8 +70,19 @@ def write(
     that ``rerun rrd compare`` calls equal.
     """
     tracks = read_tracks(signals, runs)
-    with _strict():
+    with strict():
         content = _encode(tracks, info, shapes)
+    return put(path, content)
+
+
+def put(path: Path, content: bytes) -> Path:
+    """Write the bytes of a recording beside their place and rename.
+
+    Raises
+    ------
+    RecordingError
+        There are none, because Rerun is switched off, or the file cannot be written.
+    """
     if not content:
         switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
         raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
@@ -147,7 +158,7 @@ def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, A
 
 
 @contextmanager
-def _strict() -> Iterator[None]:
+def strict() -> Iterator[None]:
     """Wrong lengths and types raise instead of going missing; the caller's setting comes back."""
     before = rr.strict_mode()
     rr.set_strict_mode(True)
