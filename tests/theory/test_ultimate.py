@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -61,11 +62,40 @@ def test_tight_level_is_the_largest_where_the_function_may_grow(order, pole, lay
     assert values.max() > 0.97 * level
 
 
+@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("pole", [-0.5, -2.0])
+@pytest.mark.parametrize(("layer", "gain"), [(0.02, 0.08), (0.1, 1.0)])
+def test_tight_level_is_the_maximum_found_by_a_search(order, pole, layer, gain):
+    """Over ‖w‖ and the direction across the row, which is a sign or an angle; no multiplier, no dual."""
+    _, weights = one_axis(pole, order)
+    row = weights[-1]
+    frame = np.linalg.qr(np.column_stack([row, np.eye(order)[:, : order - 1]]))[0]
+
+    def level(length: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        square = 2.0 * gain * (length - length**2 / layer) - length**2 / (row @ row)
+        radius = np.sqrt(np.maximum(square, 0.0))
+        parts = [length / np.linalg.norm(row) * np.sign(frame[:, 0] @ row), radius * np.cos(angle)]
+        parts = np.broadcast_arrays(*parts, radius * np.sin(angle))[:order]
+        error = np.stack(parts, axis=-1) @ frame.T
+        return np.where(square > 0.0, np.einsum("...i,ij,...j->...", error, weights, error), 0.0)
+
+    centre, width = np.array([layer / 2.0, math.pi]), np.array([layer / 2.0, math.pi])
+    steps = np.linspace(-1.0, 1.0, 61)
+    for _ in range(12):
+        lengths, angles = centre[0] + width[0] * steps[:, None], centre[1] + width[1] * steps[None, :]
+        values = level(lengths, angles)
+        best = np.unravel_index(np.argmax(values), values.shape)
+        centre, width = np.array([lengths[best[0], 0], angles[0, best[1]]]), width / 8.0
+    assert ultimate.tight_level_set(weights, layer, gain) == pytest.approx(values.max(), rel=1e-7)
+
+
 def test_nothing_is_left_without_a_layer_or_an_uncertainty():
     _, weights = one_axis(-0.5, 2)
-    for layer, gain in ((0.0, 1.0), (0.02, 0.0)):
-        assert ultimate.tight_level_set(weights, layer, gain) == 0.0
-        assert ultimate.level_set(weights, layer, gain) == 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for layer, gain in ((0.0, 1.0), (0.02, 0.0), (0.0, 0.0)):
+            assert ultimate.tight_level_set(weights, layer, gain) == 0.0
+            assert ultimate.level_set(weights, layer, gain) == 0.0
 
 
 def test_small_gain_is_for_the_kinematic_law_only():
