@@ -45,7 +45,7 @@ class Number(_Strict):
         Largest difference seen from starts moved by a nanometre or a nanoradian and on one to three threads;
         None where one of those runs ended otherwise, so that there is nothing to subtract.
     halving
-        Difference seen with half the timestep; None where the plant has none, or where the number was not finite.
+        Difference seen with half the timestep; None where the plant has none, or the number was not finite.
     gate
         ``number``: judged by the tolerance. ``verdict``: chaotic, kept for information only; the run is
         judged by its status and by the scenario's claims.

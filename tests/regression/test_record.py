@@ -70,6 +70,7 @@ def test_what_was_recorded_is_judged_the_same(scenario):
     assert report.judged
     assert not report.failed
     assert {str(finding.verdict) for finding in report.findings} == {"same"}
+    assert report.recorded is not None
     assert report.recorded["reason"] == "a test"
 
 

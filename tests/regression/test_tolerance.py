@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slipctl.regression import Number
 from slipctl.regression.gated import CHAOTIC, GATED, NOTEWORTHY, is_chaotic
 from slipctl.regression.tolerance import NUDGE, Seen, number
 
@@ -13,10 +14,16 @@ ERROR = "rms_position_error"
 SHARE = "guarantee_fraction"
 
 
-def of(value, nudged=None, threads=None, halved=(), metric=ERROR, same_status=True, ticks=1000):
+def of(value, nudged=None, threads=None, halved=(), metric=ERROR, same_status=True, ticks=1000) -> Number:
     """Give a number that did not move but where the test says so."""
     nudged, threads = ([value, value] if given is None else given for given in (nudged, threads))
     return number(metric, value, Seen(nudged, threads, halved, same_status), ticks)
+
+
+def moved(where, values) -> Number:
+    """Give 1, with these values in one of the places where a number can move."""
+    places = {"nudged": None, "threads": None, "halved": ()} | {where: values}
+    return of(1.0, places["nudged"], places["threads"], places["halved"])
 
 
 @pytest.mark.parametrize(
@@ -70,8 +77,8 @@ def test_half_the_timestep_alone_is_never_chaos():
 
 @pytest.mark.parametrize("where", ["nudged", "threads"])
 def test_a_movement_of_over_a_fifth_of_the_value_makes_it_chaotic(where):
-    assert of(1.0, **{where: [1.19]}).gate == "number"
-    chaotic = of(1.0, **{where: [1.21]})
+    assert moved(where, [1.19]).gate == "number"
+    chaotic = moved(where, [1.21])
     assert chaotic.gate == "verdict"
     assert chaotic.why.startswith("chaotic: it moved by more than 20%")
     assert "0.21" in chaotic.why or "2.1e-01" in chaotic.why
@@ -92,7 +99,7 @@ def test_a_run_beside_it_that_ended_otherwise_makes_it_chaotic():
 
 @pytest.mark.parametrize("where", ["nudged", "threads", "halved"])
 def test_a_value_that_is_not_finite_nearby_is_chaotic(where):
-    assert of(1.0, **{where: [None, 1.0]}).gate == "verdict"
+    assert moved(where, [None, 1.0]).gate == "verdict"
 
 
 @pytest.mark.parametrize(("metric", "why"), [(ERROR, "not finite"), (SHARE, "no theorem")])
@@ -110,12 +117,14 @@ METRIC = st.sampled_from(GATED)
 @given(VALUE, st.lists(MOVE, min_size=1), st.lists(MOVE, min_size=1), st.lists(MOVE, max_size=1), METRIC)
 def test_a_tolerance_covers_what_it_was_made_from(value, nudges, threads, halved, metric):
     """Also the constructor of the number holds this: a baseline that does not cannot be written."""
-    moved = [[value * (1 + share) for share in shares] for shares in (nudges, threads, halved)]
-    result = number(metric, value, Seen(*moved), ticks=500)
-    spread = max(abs(other - value) for other in moved[0] + moved[1])
+    nudged, threaded, half = (
+        [value * (1 + share) for share in shares] for shares in (nudges, threads, halved)
+    )
+    result = number(metric, value, Seen(nudged, threaded, half), ticks=500)
+    spread = max(abs(other - value) for other in nudged + threaded)
     assert result.spread == spread
     assert result.tolerance >= max(10 * spread, 1e-6 * value, NUDGE)
-    assert result.tolerance_elsewhere >= max([result.tolerance, *(abs(v - value) for v in moved[2])])
+    assert result.tolerance_elsewhere >= max([result.tolerance, *(abs(v - value) for v in half)])
     assert (result.gate == "verdict") == is_chaotic(metric, value, result.spread)
 
 

@@ -75,8 +75,8 @@ def test_a_failed_write_leaves_the_old_file(written, tmp_path):
     result, _ = written
     path = tmp_path / "x.tracks.parquet"
     path.write_bytes(b"old")
-    with pytest.raises(TypeError):
-        write_tracks(result, path, {"scenario_id": 1})
+    with pytest.raises(UnicodeEncodeError):
+        write_tracks(result, path, {"scenario_id": "\ud800"})
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 

@@ -21,10 +21,11 @@ def change(metric, before, after, controller="robust_kinematic", friction=0.16):
 
 
 def shown(changes):
-    console = Console(file=io.StringIO(), width=80, highlight=False)
+    page = io.StringIO()
+    console = Console(file=page, width=80, highlight=False)
     for laid in tables(changes):
         console.print(laid)
-    return console.file.getvalue().splitlines()
+    return page.getvalue().splitlines()
 
 
 def words(changes):
