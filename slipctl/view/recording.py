@@ -108,8 +108,7 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
     roots = {track.info.label: f"/runs/{rr.escape_entity_path_part(track.info.label)}" for track in tracks}
     scales = choose_scales(tracks)
     identity = recording_id(info)
-    stream = rr.RecordingStream(application_id(info), recording_id=identity, send_properties=False)
-    with stream as rec:
+    with new_stream(application_id(info), identity) as rec:
         if not is_recording_enabled(rec):
             return b""
         memory = rec.memory_recording()
@@ -127,6 +126,15 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
         page = markdown(tracks, info, scales, colours, strides)
         rec.log("/info/summary", rr.TextDocument(page, media_type="text/markdown"), static=True, strict=True)
         return memory.drain_as_bytes()
+
+
+def new_stream(application: str, identity: str) -> rr.RecordingStream:
+    """Return a stream into memory whose chunks do not depend on how fast it is written."""
+    # otherwise what is logged is put together by the clock, and a busy machine gives another file
+    batches = rr.ChunkBatcherConfig.NEVER()
+    return rr.RecordingStream(
+        application, recording_id=identity, send_properties=False, batcher_config=batches
+    )
 
 
 def _log_events(rec: rr.RecordingStream, root: str, track: Track, info: Mapping[str, Any]) -> None:

@@ -19,7 +19,7 @@ from slipctl.view.content import RecordingError, RunInfo, application_id, record
 from slipctl.view.framing import axis_range
 from slipctl.view.layout import scene_view
 from slipctl.view.plots import entity
-from slipctl.view.recording import put, strict
+from slipctl.view.recording import new_stream, put, strict
 from slipctl.view.scene import choose_scales, log_run, log_world
 from slipctl.view.tracks import Array, Track, nanoseconds, read_tracks
 from slipctl.view.views import column
@@ -126,12 +126,7 @@ def _encode(
 ) -> bytes:
     colours = run_colours([pair.now.info for pair in pairs])
     both = [part for pair in pairs for part in (pair.before, pair.now)]
-    stream = rr.RecordingStream(
-        f"{application_id(info)}-{ENDING}",
-        recording_id=f"{recording_id(info)}-{ENDING}",
-        send_properties=False,
-    )
-    with stream as rec:
+    with new_stream(f"{application_id(info)}-{ENDING}", f"{recording_id(info)}-{ENDING}") as rec:
         if not is_recording_enabled(rec):
             return b""
         memory = rec.memory_recording()
