@@ -8,7 +8,7 @@ from typing import Any
 
 from slipctl import experiment
 from slipctl.regression.baseline import Baseline, CannotJudge, RunBaseline, read, run_key
-from slipctl.regression.check import Report, baseline_file, report, run
+from slipctl.regression.check import Report, baseline_file, run
 from slipctl.regression.gated import GATED
 from slipctl.regression.judge import Finding, Verdict, judge
 from slipctl.regression.origin import Origin, differences, is_elsewhere
@@ -110,7 +110,9 @@ def _compare(
     findings = judge(baseline, payload, elsewhere)
     findings += paired_differences(findings)
     about = {"commit": reference.commit, "date": reference.date, "against": reference.label}
-    return report(scenario, result, findings, ["; ".join(notes)], about)
+    # without the claims: they are about one result, not about a difference
+    certified = result.manifest.get("certified")
+    return Report(scenario.name, tuple(findings), ("; ".join(notes),), certified, scenario.robot.model, about)
 
 
 def as_baseline(payload: Mapping[str, Any], recorded: Sequence[RunBaseline], label: str) -> Baseline:

@@ -23,6 +23,15 @@ CLOSER = OFFSET.replace("0.01", "0.009")
 WORLDS = '[sweep]\n"start.y_offset" = [0.0, 0.01, 0.02]\n'
 
 
+IMPOSSIBLE = """
+[[expect]]
+kind = "below"
+controller = "nominal_kinematic"
+metric = "rms_position_error"
+limit = 1e-9
+"""
+
+
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
     """The folder for temporary files, where the test can see what is left."""
@@ -36,9 +45,9 @@ def temporary(tmp_path, monkeypatch):
 def repository(tmp_path, temporary):
     """A user's repository: a scenario whose gain was lowered after the tag `then`."""
     repository = Repository(tmp_path / "mine")
-    repository.commit("first", ice__toml=OFFSET + WORLDS)
+    repository.commit("first", {"ice.toml": OFFSET + WORLDS})
     repository.git("tag", "then")
-    repository.commit("slower", ice__toml=SLOWER + WORLDS)
+    repository.commit("slower", {"ice.toml": SLOWER + WORLDS})
     return repository
 
 
@@ -90,7 +99,7 @@ def test_the_other_way_round_the_error_is_better_and_its_price_is_worse(reposito
 
 @needs_git
 def test_better_is_good_and_not_asked_to_be_recorded(repository, capsys):
-    repository.commit("first again", ice__toml=OFFSET)
+    repository.commit("first again", {"ice.toml": OFFSET})
     (repository.folder / "ice.toml").write_text(CLOSER)
     assert main(["check", str(repository.folder / "ice.toml"), "--against", "main"]) == 0
     out = capsys.readouterr().out
@@ -142,6 +151,17 @@ def test_tolerances_are_those_of_the_baseline_of_this_very_scenario(repository, 
 
 
 @needs_git
+def test_claims_are_not_judged_and_do_not_make_another_scenario(repository, capsys):
+    file = repository.folder / "ice.toml"
+    file.write_text(file.read_text() + IMPOSSIBLE)
+    status, results, err = answer(capsys, file, "--against", "main")
+    assert status == 0
+    assert {entry["claim"] for entry in results} == {None}
+    assert "another scenario" not in err
+    assert main(["check", str(file), "--quiet"]) == 1  # where it is judged, it fails
+
+
+@needs_git
 def test_worlds_on_one_side_only_cannot_be_judged(repository, capsys):
     (repository.folder / "ice.toml").write_text(SLOWER + WORLDS.replace("0.02", "0.03"))
     report = against(str(repository.folder / "ice.toml"), "main")
@@ -161,8 +181,8 @@ def test_worlds_on_one_side_only_cannot_be_judged(repository, capsys):
 )
 def test_a_revision_that_cannot_be_judged_is_exit_3_with_one_line(tmp_path, temporary, capsys, text, said):
     repository = Repository(tmp_path / "mine")
-    repository.commit("first", **({} if text is None else {"ice__toml": text}))
-    repository.commit("second", ice__toml=OFFSET + WORLDS)
+    repository.commit("first", {} if text is None else {"ice.toml": text})
+    repository.commit("second", {"ice.toml": OFFSET + WORLDS})
     status, results, err = answer(capsys, repository.folder / "ice.toml", "--against", "HEAD~1")
     assert (status, results) == (3, [])
     assert said in err

@@ -57,7 +57,7 @@ def repository(tmp_path):
     assert main(["run", str(file), "--record", "none", "--out", str(tmp_path / "runs"), "--quiet"]) == 0
     repository.commit("green")
     repository.git("tag", "v0.1.0")
-    repository.commit("a page", page__md="Words.")
+    repository.commit("a page", {"page.md": "Words."})
     repository.replace(LAW, WHOLE, OTHERWISE)
     repository.commit("another order of the sum")
     repository.replace("slipctl/theory/robust.py", IMPORT, MISSING)
@@ -69,7 +69,7 @@ def repository(tmp_path):
     repository.commit("can be imported again")
     repository.replace(LAW, GAIN.removeprefix("- "), "0.95 * " + GAIN.removeprefix("- "))
     repository.commit("a gain lost 5 %")
-    repository.commit("more of the page", page__md="More words.")
+    repository.commit("more of the page", {"page.md": "More words."})
     file.write_text(SCENARIO + "# a comment\n", encoding="utf-8")
     repository.commit("a comment")
     return repository

@@ -21,9 +21,9 @@ def repository(tmp_path, monkeypatch):
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     repository = Repository(tmp_path / "repository")
-    repository.commit("first", a__txt="one")
+    repository.commit("first", {"a.txt": "one"})
     repository.git("tag", "release")
-    repository.commit("second", a__txt="two")
+    repository.commit("second", {"a.txt": "two"})
     (repository.folder / "a.txt").write_text("changed")
     return repository
 
