@@ -14,7 +14,7 @@ import pytest
 from tests.fakes import SHORT_SCENARIO
 
 ROOT = Path(__file__).resolve().parent.parent
-DATA = (".toml", ".xml", ".json")
+DATA = (".toml", ".xml", ".json", ".parquet")
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,9 @@
 """What differs between two baselines, and that recording leaves the old one where it cannot finish."""
 
+import importlib
+import shutil
+import subprocess
+
 import pytest
 
 from slipctl import experiment
@@ -107,3 +111,32 @@ def test_a_baseline_of_another_scenario_is_not_compared_with(scenario, tmp_path)
     assert [str(finding.verdict) for finding in report.findings] == ["unjudged"]
     assert "another scenario" in report.findings[0].note
     assert record(scenario, "two").baseline.scenario_id == scenario_id(load(scenario))
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_the_commit_is_marked_where_code_or_models_changed_and_only_there(tmp_path, monkeypatch):
+    """A baseline that is recorded after another one is of the same code."""
+    module = importlib.import_module("slipctl.regression.record")
+    code, models = tmp_path / "slipctl" / "regression", tmp_path / "models"
+    for folder in (code, models):
+        folder.mkdir(parents=True)
+        (folder / "file").write_text("one", encoding="utf-8")
+    monkeypatch.setattr(module, "__file__", str(code / "record.py"))
+    assert module._commit() is None
+
+    def git(*arguments):
+        who = ["-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "commit.gpgsign=false"]
+        command = ["git", *who, "-C", str(tmp_path), *arguments]
+        return subprocess.run(command, check=True, capture_output=True, encoding="utf-8").stdout.strip()
+
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-q", "-m", "one")
+    commit = git("rev-parse", "HEAD")[:12]
+    (tmp_path / "baseline.json").write_text("new", encoding="utf-8")
+    assert module._commit() == commit
+    for folder in (code, models):
+        (folder / "file").write_text("two", encoding="utf-8")
+        assert module._commit() == f"{commit}-dirty"
+        (folder / "file").write_text("one", encoding="utf-8")
+    assert module._commit() == commit
