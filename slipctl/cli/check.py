@@ -11,6 +11,14 @@ import typer
 from slipctl.cli.certify import RequireCertified, require
 from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Quiet, Threads
+from slipctl.cli.outputs import (
+    Artefacts,
+    Junit,
+    check_junit,
+    judged,
+    record_failing,
+    write_outputs,
+)
 from slipctl.cli.progress import interruptible, progress_bar
 from slipctl.cli.recording import reason_to_record, record_all
 
@@ -48,6 +56,8 @@ def check(
             help="Compare with another git revision, run here and now, or with a run folder.",
         ),
     ] = None,
+    junit: Junit = None,
+    artefacts: Artefacts = "runs/check",
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
@@ -60,6 +70,7 @@ def check(
     why = reason_to_record(record, update, reason)
     if against is not None and why is not None:
         raise BadInput("--against compares and records nothing: it does not go with --record or --update")
+    check_junit(junit, why is None)
     from slipctl import regression
 
     names = scenarios or regression.recorded_scenarios()
@@ -77,8 +88,8 @@ def check(
         return
     if against is not None:
         _look_up(names, against)
-    reports = []
-    for name in names:
+    reports, told = [], []
+    for name, scenario in zip(names, loaded, strict=True):
         with interruptible(f"interrupted; {name} was not judged"), progress_bar(quiet) as progress:
             if against is None:
                 report = regression.check(name, threads, progress)
@@ -89,11 +100,14 @@ def check(
             print(f"{report.scenario}: {note}", file=sys.stderr)
         if not json_output and not quiet:
             _show(report)
+        command = record_failing(name, scenario, report, artefacts, threads)
+        told.append(judged(name, report, command))
     status = verdict(reports)
     if json_output and status < Exit.BAD_INPUT:
         print(json.dumps(as_json(reports, passed=status == Exit.GOOD), allow_nan=False, ensure_ascii=False))
     if json_output or quiet:
         _say_failures(reports)
+    write_outputs(told, junit, json_output)
     if status:
         raise typer.Exit(status)
 
@@ -129,15 +143,17 @@ def _look_up(names: Sequence[str], against: str) -> None:
 
 def _show(report: Report) -> None:
     from rich.console import Console
+    from rich.text import Text
 
     from slipctl.report.certificate import standing_line
     from slipctl.report.findings import lines
 
     console = Console(highlight=False)
-    findings, other = [finding.json() for finding in report.findings], (report.recorded or {}).get("against")
+    findings = [finding.json() for finding in report.findings]
+    said = judged(report.scenario, report, None)
     # what is better than another revision need not be recorded
-    for line in lines(report.scenario, findings, updated=other is not None, since=other):
-        console.print(line, soft_wrap=True)
+    for line in lines(report.scenario, findings, updated=said.against is not None, since=said.since):
+        console.print(line, soft_wrap=isinstance(line, Text))
     certified = standing_line(report.certified, report.model)
     if certified is not None:
         console.print(f"  {certified}", markup=False, soft_wrap=True)

@@ -1,6 +1,7 @@
 """The gate: metrics of a scenario against committed baselines, per controller, world and seed."""
 
 from slipctl.regression.against import against, look_up
+from slipctl.regression.artefacts import record_failing
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, RunBaseline, read, write
 from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios
 from slipctl.regression.git import UnknownRevision
@@ -26,6 +27,7 @@ __all__ = [
     "measure",
     "read",
     "record",
+    "record_failing",
     "recorded_scenarios",
     "write",
 ]
