@@ -145,5 +145,6 @@ def _git(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def _said(answer: subprocess.CompletedProcess[str]) -> str:
-    lines = answer.stderr.strip().splitlines()
-    return lines[-1] if lines else f"git ended with {answer.returncode}"
+    """Return the line in which git says what is wrong: it may add advice below, and progress above."""
+    lines = answer.stderr.strip().splitlines() or [f"git ended with {answer.returncode}"]
+    return next((line for line in lines if line.startswith(("fatal:", "error:"))), lines[-1])

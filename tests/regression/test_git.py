@@ -1,5 +1,6 @@
 """Temporary checkouts: the right commit, nothing of the user's touched, nothing left behind."""
 
+import os
 import re
 import shutil
 import tempfile
@@ -36,6 +37,18 @@ def test_the_root_is_found_from_below(repository):
 
 def test_a_folder_outside_is_in_no_checkout(tmp_path):
     with pytest.raises(CannotJudge, match="in no git checkout: "):
+        git.root_of(tmp_path)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a shell script is no program there")
+def test_what_git_says_is_passed_on_without_its_advice(tmp_path, monkeypatch):
+    # as in a container, where the checkout belongs to somebody else
+    git_program = tmp_path / "git"
+    advice = "fatal: detected dubious ownership in repository\nTo add an exception, call:\n\tgit config"
+    git_program.write_text(f"#!/bin/sh\nprintf '{advice}' >&2\nexit 128\n", newline="\n")
+    git_program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(CannotJudge, match=r"checkout: fatal: detected dubious ownership in repository$"):
         git.root_of(tmp_path)
 
 
