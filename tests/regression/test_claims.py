@@ -360,8 +360,8 @@ def test_claims_are_judged_without_a_baseline_too(tmp_path, slip_bound, verdict)
     text = shipped.scenario_path("paper-kinematic").read_text(encoding="utf-8")
     text = text.partition("\n# Claims")[0].replace("tick = 0.001", "tick = 0.01")
     text = text.replace("slip_bound = 0.4", f"slip_bound = {slip_bound}").replace("paper-kinematic", "mine")
-    claim = '[[expect]]\nkind = "better"\ncontroller = "robust_kinematic"\n'
-        'than = "nominal_kinematic"\nfactor = 5.0\n'
+    laws = 'controller = "robust_kinematic"\nthan = "nominal_kinematic"'
+    claim = f'[[expect]]\nkind = "better"\n{laws}\nfactor = 5.0\n'
     path.write_text(f"{text}\n{claim}", encoding="utf-8")
     report = check(str(path))
     assert [finding.verdict for finding in report.findings] == [Verdict.UNJUDGED, verdict]
