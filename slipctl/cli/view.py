@@ -18,7 +18,7 @@ def view(
         Path | None,
         typer.Argument(
             metavar="RUN",
-            help="A run folder or a recording; by default the newest folder in ./runs.",
+            help="A run folder, a folder of slipctl check, or a recording; by default the newest run in ./runs.",
             show_default=False,
         ),
     ] = None,
