@@ -44,6 +44,14 @@ def test_bounds_of_the_papers_law():
 
 
 @pytest.mark.parametrize("order", [2, 3])
+def test_level_that_cannot_be_left_is_that_of_the_longest_axis(order):
+    """λ_max of a positive definite matrix is its spectral norm."""
+    _, weights = one_axis(-0.5, order)
+    expected = float(np.linalg.norm(weights, 2)) * 0.02 * 0.08 / 2.0
+    assert ultimate.level_set(weights, 0.02, 0.08) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [2, 3])
 @pytest.mark.parametrize("pole", POLES)
 @pytest.mark.parametrize(("layer", "gain"), [(0.02, 0.08), (0.1, 1.0), (0.005, 2.0)])
 def test_tight_level_is_the_largest_where_the_function_may_grow(order, pole, layer, gain):
