@@ -53,7 +53,7 @@ def repository(tmp_path, temporary):
 
 def answer(capsys, *arguments):
     """Exit status, findings and what was said, of ``check --json``."""
-    status = main(["check", *map(str, arguments), "--json"])
+    status = main(["check", *map(str, arguments), "--json", "--artefacts", "none"])
     out, err = capsys.readouterr()
     results = json.loads(out)["results"] if out else []
     return status, results, err
@@ -95,6 +95,18 @@ def test_the_other_way_round_the_error_is_better_and_its_price_is_worse(reposito
     assert status == 1
     assert {entry["verdict"] for entry in results if entry["metric"] == "rms_position_error"} == {"better"}
     assert "command_variation" in {entry["metric"] for entry in results if entry["verdict"] == "worse"}
+
+
+@needs_git
+def test_what_failed_is_recorded_as_it_is_now(repository, tmp_path, capsys):
+    out = tmp_path / "out"
+    file = repository.folder / "ice.toml"
+    assert main(["check", str(file), "--against", "then", "--quiet", "--artefacts", str(out)]) == 1
+    names = sorted(path.name for path in (out / "ice").iterdir())
+    assert names == ["y_offset-0_0.rrd", "y_offset-0_01.rrd", "y_offset-0_02.rrd"]
+    err = capsys.readouterr().err
+    assert "there are no tracks of what it was compared with" in err
+    assert "then (" in err
 
 
 @needs_git
@@ -158,7 +170,7 @@ def test_claims_are_not_judged_and_do_not_make_another_scenario(repository, caps
     assert status == 0
     assert {entry["claim"] for entry in results} == {None}
     assert "another scenario" not in err
-    assert main(["check", str(file), "--quiet"]) == 1  # where it is judged, it fails
+    assert main(["check", str(file), "--quiet", "--artefacts", "none"]) == 1  # where it is judged, it fails
 
 
 @needs_git

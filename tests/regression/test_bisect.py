@@ -130,4 +130,4 @@ def test_git_is_told_what_each_exit_status_means(tmp_path, slipctl, status):
     done = subprocess.run(command, env=os.environ | {"PATH": str(tmp_path)}, capture_output=True)
     assert done.returncode == status
     if slipctl is not None:
-        assert (tmp_path / "asked").read_text() == "check wet-slope --against main --json\n"
+        assert (tmp_path / "asked").read_text() == "check wet-slope --against main --json --artefacts none\n"
