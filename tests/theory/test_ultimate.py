@@ -98,6 +98,16 @@ def test_tight_level_is_the_maximum_found_by_a_search(order, pole, layer, gain):
     assert ultimate.tight_level_set(weights, layer, gain) == pytest.approx(largest, rel=1e-7)
 
 
+@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("scale", [1e-4, 1e4])
+def test_tight_level_is_homogeneous(order, scale):
+    """Errors, ε and ρ in another unit of length: V goes with its square."""
+    _, weights = one_axis(-0.5, order)
+    level = ultimate.tight_level_set(weights, 0.02, 0.08)
+    scaled = ultimate.tight_level_set(weights, scale * 0.02, scale * 0.08)
+    assert scaled == pytest.approx(scale**2 * level, rel=1e-9)
+
+
 def test_nothing_is_left_without_a_layer_or_an_uncertainty():
     _, weights = one_axis(-0.5, 2)
     with warnings.catch_warnings():
