@@ -17,11 +17,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from slipctl.experiment.own import OwnLaw
+    from slipctl.experiment.own import OwnLaw, OwnLaws
     from slipctl.regression.own_law import OwnLawReport
     from slipctl.scenario import Scenario
 
 RECORD = "--slipctl-record"
+ARTEFACTS = "--slipctl-artefacts"
+NONE = "none"
+"""In place of a folder: no recordings."""
+
 PROPERTY = "slipctl"
 """Name under which a test's report carries the lines of its checks, also from pytest-xdist's workers."""
 
@@ -37,6 +41,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="REASON",
         default=None,
         help="write the baselines of the checks that run, instead of judging by them; REASON is kept in them",
+    )
+    group.addoption(
+        ARTEFACTS,
+        metavar="DIR|none",
+        default="runs/check",
+        help="folder for Rerun recordings of what fails, now and beside the baseline (default: %(default)s)",
     )
 
 
@@ -139,17 +149,16 @@ class SlipctlCheck:
             else:
                 report = record_law(chosen, label, controller, path, reason.strip(), claims, threads)
         except (ScenarioError, CannotJudge) as error:
-            report = str(error)
+            self._say(f"{_called(scenario)}, {label}: not judged")
+            raise pytest.fail.Exception(str(error), pytrace=False) from None
         except OwnLawError as error:
             self._say(f"{_called(scenario)}, {label}: not judged: {error}")
             # what the law raised is shown, the way there through slipctl is not
             raise OwnLawError(str(error)) from error.__cause__
-        if isinstance(report, str):  # outside the handler, so that the message stands alone
-            self._say(f"{_called(scenario)}, {label}: not judged")
-            pytest.fail(report, pytrace=False)
         self._tell(report)
         if not report.passed:
-            pytest.fail(f"{report.text()}\n{self._meant(report)}".rstrip(), pytrace=False)
+            more = [*self._recordings(chosen, report, {label: controller}, threads), *self._meant(report)]
+            pytest.fail("\n".join([report.text(), *more]), pytrace=False)
         return report
 
     @property
@@ -198,8 +207,26 @@ class SlipctlCheck:
     def _record(self) -> str:
         return f'pytest "{self.request.node.nodeid}" {RECORD} "reason"'
 
-    def _meant(self, report: OwnLawReport) -> str:
-        return f"if this is meant: {self._record()}" if report.recordable else ""
+    def _meant(self, report: OwnLawReport) -> list[str]:
+        return [f"if this is meant: {self._record()}"] if report.recordable else []
+
+    def _recordings(
+        self, scenario: Scenario, report: OwnLawReport, laws: OwnLaws, threads: int | None
+    ) -> list[str]:
+        """Record the worlds that failed; say how to look at them, or why that cannot be."""
+        place = str(self.request.config.getoption(ARTEFACTS))
+        if place == NONE:
+            return []
+        from slipctl.experiment.folder import OutputError
+        from slipctl.regression import record_failing
+        from slipctl.view import RecordingError
+
+        out = self.request.config.invocation_params.dir / place
+        try:
+            made = record_failing(scenario, report.findings, out, report.path, laws, threads)
+        except (OutputError, RecordingError, OSError) as error:
+            return [f"no recordings: {error}"]
+        return [] if made is None else [f"look at what failed: {made.command}"]
 
 
 @pytest.fixture

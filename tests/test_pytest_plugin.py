@@ -14,7 +14,9 @@ from textwrap import dedent
 import pytest
 
 # Suites run in this process; what they import must stay, as extension modules load only once.
-from slipctl.regression import own_law, read
+import slipctl.regression.own_law
+import slipctl.view  # noqa: F401
+from slipctl.regression import read
 
 pytest_plugins = "pytester"
 
@@ -55,7 +57,6 @@ def test_my_law(slipctl_check):
 @pytest.fixture
 def suite(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
     """A folder of tests: a scenario, a law and a test of it."""
-    assert own_law.COMMAND.startswith("pytest ")
     # the law's file is changed within a second, which compiled files do not notice
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     pytester.path.joinpath("line.toml").write_text(SCENARIO, encoding="utf-8")
@@ -67,7 +68,8 @@ def suite(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.
 def run(suite: pytest.Pytester, *arguments: str, in_process: bool = True) -> pytest.RunResult:
     plugin = () if _is_installed() else ("-p", "slipctl.pytest_plugin")
     call = suite.runpytest_inprocess if in_process else suite.runpytest_subprocess
-    return call("-p", "no:cacheprovider", "-p", "no:randomly", *plugin, *arguments)
+    without = ("-p", "no:cacheprovider", "-p", "no:randomly", "--slipctl-artefacts", "none")
+    return call(*without, *plugin, *arguments)
 
 
 def _is_installed() -> bool:
@@ -132,6 +134,22 @@ def test_a_worse_law_fails_and_the_metric_is_named(recorded) -> None:
     )
     weaken(recorded, -2.0)
     run(recorded).assert_outcomes(passed=1)
+
+
+def test_what_failed_is_recorded_beside_the_baseline(recorded) -> None:
+    weaken(recorded, -1.5)
+    result = run(recorded, "--slipctl-artefacts", "seen")
+    result.assert_outcomes(failed=1)
+    folder = recorded.path / "seen" / "line"
+    result.stdout.fnmatch_lines([f"look at what failed: slipctl view {folder.as_posix()}"])
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == ["line-against-baseline.rrd", "line.rrd"]
+    assert all(b"my_law" in path.read_bytes() for path in folder.iterdir())
+    # a place that cannot be written does not hide the verdict
+    recorded.path.joinpath("taken").write_text("", encoding="utf-8")
+    result = run(recorded, "--slipctl-artefacts", "taken")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["line, my_law: * worse*", "no recordings: cannot write*taken*"])
 
 
 def test_a_better_law_passes_and_is_reported(recorded) -> None:

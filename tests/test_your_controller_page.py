@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from slipctl.pytest_plugin import SlipctlCheck
-from slipctl.regression import own_law
 from tests.test_pytest_plugin import run
 
 pytest_plugins = "pytester"
@@ -30,7 +29,6 @@ def test_the_law_is_of_fifteen_lines() -> None:
 
 
 def test_the_page_s_law_is_recorded_passes_and_fails_where_the_page_says_so(pytester, monkeypatch) -> None:
-    assert own_law.COMMAND == 'pytest --slipctl-record "reason"'
     assert f"`{FILE}`" in PAGE
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     pytester.path.joinpath(FILE).write_text(BLOCKS[0], encoding="utf-8")
