@@ -82,8 +82,12 @@ def test_what_is_better_asks_to_be_recorded_unless_it_just_was():
 
 
 def test_a_difference_has_its_interval_in_the_table():
-    out = shown([finding(interval=[0.001, 0.003])], width=120)
-    assert "+18 % (1.00 to 3.00 mm)" in out
+    mean = finding(
+        metric="rms_cross_track_error", baseline=0.01394, current=0.01405, tolerance=1.4e-8,
+        interval=[0.075e-3, 0.168e-3],
+    )  # fmt: skip
+    (row,) = [line for line in shown([mean], width=80).splitlines() if "cross-track" in line]
+    assert row.split("mm", 1)[1].split() == "0.075 to 0.168 mm 1.4e-05 mm worse".split()
 
 
 def test_a_sentence_says_everything_in_one_line():
