@@ -87,7 +87,7 @@ def test_a_difference_has_its_interval_in_the_table():
         interval=[0.075e-3, 0.168e-3],
     )  # fmt: skip
     (row,) = [line for line in shown([mean], width=80).splitlines() if "cross-track" in line]
-    assert row.split("mm", 1)[1].split() == "0.075 to 0.168 mm 1.4e-05 mm worse".split()
+    assert row.split("mm", 1)[1].split() == ["0.075", "to", "0.168", "mm", "1.4e-05", "mm", "worse"]
 
 
 def test_a_sentence_says_everything_in_one_line():
