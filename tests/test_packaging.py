@@ -31,7 +31,7 @@ def wheel(tmp_path_factory):
 def installed(wheel, tmp_path_factory):
     """Programs of a clean environment: the wheel, and a path file that leads to the dependencies."""
     place = tmp_path_factory.mktemp("clean")
-    venv.create(place, with_pip=True, symlinks=True)
+    venv.create(place, with_pip=True, symlinks=os.name != "nt")
     (packages,) = place.glob("lib/python*/site-packages")
     install = [place / "bin" / "python", "-m", "pip", "install", "-q", "--no-deps", "--no-index", wheel]
     subprocess.run(install, check=True, capture_output=True)

@@ -136,4 +136,5 @@ def varied_keys(worlds: Sequence[World]) -> tuple[str, ...]:
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
     """Write an object as indented UTF-8 JSON; not-a-number is an error."""
-    path.write_text(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8", newline="\n")
