@@ -213,6 +213,29 @@ def test_runs_are_paired_with_their_own_neighbours(tmp_path):
     assert {number.gate for number in b.metrics.values()} == {"verdict"}
 
 
+def test_each_run_beside_is_made_on_its_own_number_of_threads(tmp_path):
+    asked = {}
+
+    def run(moved, threads):
+        asked[moved.sweep[-1].key] = threads
+        return payload([])
+
+    assert neighbours(scenario_of(CONTACTS, tmp_path), run, threads=7) == {}
+    assert asked == {
+        "start.x_offset": 2,
+        "start.y_offset": 3,
+        "start.heading_offset_deg": 1,
+        "plant.timestep": 7,
+    }
+
+
+def test_every_run_needs_its_length(tmp_path):
+    runs = payload([run_entry("a", rms=0.01, seed=0, varied={})])
+    beside = {run_key("a", {}, 0): []}
+    with pytest.raises(ValueError, match="zip"):
+        measure(runs, [100, 100], beside)
+
+
 def test_what_the_tables_say_survives(tmp_path):
     """A scenario that gives no `[start]` gets one beside; one that gives part of it keeps that part."""
     given = scenario_of(CONTACTS, tmp_path)
