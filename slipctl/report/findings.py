@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from slipctl.report.amounts import amount, change_text, interval_text, share_text
-from slipctl.report.judged import Finding, metric_text, run_text
+from slipctl.report.judged import FAILED, Finding, metric_text, run_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -68,7 +68,7 @@ def lines(
     for finding in shown:
         if not _is_number(finding):
             laid.append(Text("  " + _short(finding), style=STYLES.get(finding["verdict"], "yellow")))
-    if counts["better"] and not updated:
+    if counts["better"] and not updated and not any(counts[verdict] for verdict in FAILED):
         laid.append(Text("  better than the baseline: record it with --update --reason '…'", style="green"))
     return laid
 

@@ -79,6 +79,7 @@ def test_many_numbers_that_share_a_note_say_it_once():
 def test_what_is_better_asks_to_be_recorded_unless_it_just_was():
     assert "record it with --update" in shown([finding(verdict="better")])
     assert "record it with" not in shown([finding(verdict="better")], updated=True)
+    assert "record it with" not in shown([finding(verdict="better"), finding()])  # that would record the rest
 
 
 def test_a_difference_has_its_interval_in_the_table():
