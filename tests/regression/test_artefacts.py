@@ -222,7 +222,7 @@ def test_an_interrupted_recording_leaves_nothing(line, tmp_path, monkeypatch):
 def test_the_command_opens_what_was_recorded(line, slower, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     opened: list[str] = []
-    monkeypatch.setattr("slipctl.view.open_viewer", lambda paths: opened.extend(map(str, paths)))
+    monkeypatch.setattr("slipctl.view.open_viewer", lambda paths: opened.extend(map(Path.as_posix, paths)))
     assert main(["check", str(line)]) == 1
     said = capsys.readouterr().err.splitlines()[-1]
     command = said.removeprefix("line: look at what failed: ").split()
