@@ -85,7 +85,7 @@ def test_every_mistake_closes_the_gate(mutant, monkeypatch):
 def test_the_command_names_scenario_and_metric(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     plant(MUTANTS[0], monkeypatch)
-    assert main(["check", MUTANTS[0].scenario, "--json"]) == Exit.GATE_FAILED
+    assert main(["check", MUTANTS[0].scenario, "--json", "--artefacts", "none"]) == Exit.GATE_FAILED
     out, err = capsys.readouterr()
     worse = [entry for entry in json.loads(out)["results"] if entry["verdict"] == "worse"]
     assert {entry["scenario"] for entry in worse} == {MUTANTS[0].scenario}
