@@ -262,7 +262,9 @@ def test_friction_alone_slows_a_rolling_robot():
 def test_calm_tick_of_the_dynamic_law_is_that_of_its_fastest_direction(slip):
     """A tick scales ë by 1 − h λ P₃₃ρ/ε with λ = 1 along the heading and |1+σ|²/Re(1+σ) across it."""
     layer, rho, corner = 0.02, 0.35, 6.875
-    tick = largest_calm_dynamic_tick(one(layer), one(rho), one(corner), np.array([slip + 0.0j]))[0]
+    ticks = largest_calm_dynamic_tick(one(layer), one(rho), one(corner), np.array([slip + 0.0j]))
+    assert ticks.dtype == float
+    tick = ticks[0]
     rates = np.array([1.0, abs(1.0 + slip) ** 2 / (1.0 + slip.real)]) * corner * rho / layer
     for share in (0.9, 1.0, 1.1):
         factor = np.abs(1.0 - share * tick * rates).max()
