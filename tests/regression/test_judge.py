@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipctl.metrics import UNITS
-from slipctl.regression import Number, Verdict, judge
+from slipctl.regression import Finding, Number, Verdict, judge
 from slipctl.regression.gated import GATED, LARGER_IS_BETTER
 from slipctl.regression.judge import judge_number
 from tests.fakes import baseline_of, payload, run_entry
@@ -32,6 +32,8 @@ def test_the_same_result_is_the_same_everywhere():
     content = payload([run_entry("a"), run_entry("b", 0.1)])
     findings = judge(baseline_of(content), content)
     assert {finding.verdict for finding in findings} == {Verdict.SAME}
+    assert {finding.note for finding in findings} == {""}
+    assert {finding.scenario for finding in findings} == {content["scenario"]}
     assert [(f.controller, f.metric) for f in findings] == [
         (name, metric) for name in "ab" for metric in ("status", *GATED)
     ]
@@ -167,8 +169,16 @@ def test_a_status_that_a_run_beside_it_gave_is_accepted_and_said():
 
 def test_runs_on_one_side_only_cannot_be_judged():
     before, after = payload([run_entry("a"), run_entry("b")]), payload([run_entry("a"), run_entry("c")])
-    odd = {f.controller: f.verdict for f in judge(baseline_of(before), after) if not f.verdict.judged}
-    assert odd == {"b": Verdict.MISSING, "c": Verdict.EXTRA}
+    missing, extra = (finding for finding in judge(baseline_of(before), after) if not finding.verdict.judged)
+    (_, gone), (_, new) = before["runs"], after["runs"]
+    assert missing == Finding(
+        before["scenario"], "b", gone["varied"], gone["seed"], None, None, None, None, Verdict.MISSING,
+        "in the baseline, not in this run",
+    )  # fmt: skip
+    assert extra == Finding(
+        after["scenario"], "c", new["varied"], new["seed"], None, None, None, None, Verdict.EXTRA,
+        "not in the baseline",
+    )  # fmt: skip
 
 
 def test_every_verdict_is_sorted_into_failed_or_not_judged_or_neither():
