@@ -128,7 +128,8 @@ class Baseline(_Strict):
     machine
         Operating system, architecture, processor and its family, see `slipctl.experiment.machine`.
     commit
-        Git commit of slipctl, where known.
+        Git commit of the repository that holds the file, if any: twelve digits, and ``-dirty`` where
+        tracked files other than baselines differed from it.
     date
         Day of recording.
     reason

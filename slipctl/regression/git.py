@@ -81,6 +81,35 @@ def _what_there_is(root: Path, revision: str) -> str:
     return text
 
 
+def commit_around(folder: Path, besides: str) -> str | None:
+    """Return the commit that is checked out around a folder, such as ``3f2a1b9c0d1e`` or ``…-dirty``.
+
+    Parameters
+    ----------
+    folder
+        It need not exist yet.
+    besides
+        Folders of this name do not count as changed. Nor do files that git does not track.
+
+    Returns
+    -------
+    str or None
+        Twelve digits of the hash, marked as dirty where a tracked file differs; None where there is no
+        checkout, no commit yet or no git.
+    """
+    there = next(place for place in (folder, *folder.parents) if place.is_dir())
+    try:
+        head = _git(there, "rev-parse", "--verify", "--quiet", "--short=12", "HEAD")
+        if head.returncode:
+            return None
+        but = f":(top,exclude,glob)**/{besides}/**"
+        changed = _git(there, "status", "--porcelain", "--untracked-files=no", "--", ":(top)", but)
+    except CannotJudge:
+        return None
+    # where git cannot say that nothing changed, nothing is promised
+    return head.stdout.strip() + ("-dirty" if changed.returncode or changed.stdout else "")
+
+
 def day(root: Path, commit: str) -> str:
     """Return the day of a commit, as 2026-01-31."""
     return _git(root, "show", "--no-patch", "--format=%cs", commit).stdout.strip()

@@ -144,7 +144,7 @@ def record_law(
         return _of_law(run(moved, cores, laws={label: law}), label).json()
 
     beside = neighbours(scenario, run_beside, threads)
-    new = new_baseline(only, beside, reason)
+    new = new_baseline(only, beside, reason, path)
     try:
         old = read(path)
     except CannotJudge:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 from slipctl.experiment import Result
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, read, run_key, write
 from slipctl.regression.check import Progress, Report, baseline_file, compare, report, run
+from slipctl.regression.git import commit_around
 from slipctl.regression.origin import Origin
 from slipctl.regression.spread import Neighbour, measure, neighbours
 from slipctl.regression.tracks import ticks_of_runs, tracks_file, write_tracks
@@ -79,7 +79,7 @@ def record(
         return run(moved, cores, progress).json()
 
     beside = neighbours(scenario, run_beside, threads)
-    new = new_baseline(result, beside, reason)
+    new = new_baseline(result, beside, reason, path)
     old = None
     try:
         old = read(path)
@@ -92,9 +92,12 @@ def record(
 
 
 def new_baseline(
-    result: Result, beside: Mapping[tuple[str, str, int], Sequence[Neighbour]], reason: str
+    result: Result, beside: Mapping[tuple[str, str, int], Sequence[Neighbour]], reason: str, path: Path
 ) -> Baseline:
-    """Make a baseline of a result and of the runs beside it, as of `slipctl.regression.spread.neighbours`."""
+    """Make a baseline of a result and of the runs beside it, as of `slipctl.regression.spread.neighbours`.
+
+    It names the commit of the repository that will hold the file at `path`: what its readers can go to.
+    """
     payload = result.json()
     return Baseline(
         scenario=payload["scenario"],
@@ -102,7 +105,7 @@ def new_baseline(
         model_id=payload["model_id"],
         versions=payload["versions"],
         machine=dict(Origin.of_manifest(result.manifest).machine),
-        commit=_commit(),
+        commit=commit_around(path.parent, besides=path.parent.name),
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
         reason=reason,
         runs=measure(payload, ticks_of_runs(result), beside),
@@ -159,22 +162,3 @@ def _differ(was: Number, now: Number) -> bool:
     return (was.value, was.tolerance, was.tolerance_elsewhere, was.gate) != (
         now.value, now.tolerance, now.tolerance_elsewhere, now.gate,
     )  # fmt: skip
-
-
-def _commit() -> str | None:
-    """Git commit of this checkout, marked where code or models were changed since; None outside one."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():
-        return None
-    commit = _git(root, "rev-parse", "--short=12", "HEAD")
-    changed = _git(root, "status", "--porcelain", "--", "slipctl", "models")
-    return commit and commit + ("-dirty" if changed else "")
-
-
-def _git(root: Path, *arguments: str) -> str | None:
-    command = ["git", "-C", str(root), *arguments]
-    try:
-        answer = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=10)
-    except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
-        return None
-    return answer.stdout.strip() or None

@@ -1,9 +1,5 @@
 """What differs between two baselines, and that recording leaves the old one where it cannot finish."""
 
-import importlib
-import shutil
-import subprocess
-
 import pytest
 
 from slipctl import experiment
@@ -12,6 +8,7 @@ from slipctl.regression.gated import GATED
 from slipctl.regression.record import changes
 from slipctl.scenario import load, scenario_id
 from tests.fakes import SHORT_SCENARIO, baseline_of, payload, run_entry
+from tests.repository import Repository, needs_git
 
 
 def baseline(*runs):
@@ -113,30 +110,27 @@ def test_a_baseline_of_another_scenario_is_not_compared_with(scenario, tmp_path)
     assert record(scenario, "two").baseline.scenario_id == scenario_id(load(scenario))
 
 
-@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
-def test_the_commit_is_marked_where_code_or_models_changed_and_only_there(tmp_path, monkeypatch):
-    """A baseline that is recorded after another one is of the same code."""
-    module = importlib.import_module("slipctl.regression.record")
-    code, models = tmp_path / "slipctl" / "regression", tmp_path / "models"
-    for folder in (code, models):
-        folder.mkdir(parents=True)
-        (folder / "file").write_text("one", encoding="utf-8")
-    monkeypatch.setattr(module, "__file__", str(code / "record.py"))
-    assert module._commit() is None
+@needs_git
+def test_a_baseline_names_the_commit_of_the_repository_that_holds_it(tmp_path):
+    repository = Repository(tmp_path / "team")
+    path = repository.folder / "scenarios" / "short.toml"
+    path.parent.mkdir()
+    path.write_text(SHORT_SCENARIO, encoding="utf-8")
+    commit = repository.commit("a scenario", {"law.py": "one"})
+    assert record(str(path), "first").baseline.commit == commit[:12]
+    # a second baseline is of the same code, whether the first is committed or not
+    commit = repository.commit("its baseline")
+    (repository.folder / "notes.txt").write_text("not tracked", encoding="utf-8")
+    assert record(str(path), "again").baseline.commit == commit[:12]
+    assert record(str(path), "once more").baseline.commit == commit[:12]
+    (repository.folder / "law.py").write_text("two", encoding="utf-8")
+    assert record(str(path), "changed").baseline.commit == f"{commit[:12]}-dirty"
 
-    def git(*arguments):
-        who = ["-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "commit.gpgsign=false"]
-        command = ["git", *who, "-C", str(tmp_path), *arguments]
-        return subprocess.run(command, check=True, capture_output=True, encoding="utf-8").stdout.strip()
 
-    git("init", "-q")
-    git("add", ".")
-    git("commit", "-q", "-m", "one")
-    commit = git("rev-parse", "HEAD")[:12]
-    (tmp_path / "baseline.json").write_text("new", encoding="utf-8")
-    assert module._commit() == commit
-    for folder in (code, models):
-        (folder / "file").write_text("two", encoding="utf-8")
-        assert module._commit() == f"{commit}-dirty"
-        (folder / "file").write_text("one", encoding="utf-8")
-    assert module._commit() == commit
+@needs_git
+def test_where_there_is_no_commit_none_is_named(tmp_path):
+    path = tmp_path / "short.toml"
+    path.write_text(SHORT_SCENARIO, encoding="utf-8")
+    assert record(str(path), "first").baseline.commit is None
+    Repository(tmp_path)
+    assert record(str(path), "in a repository without a commit").baseline.commit is None
