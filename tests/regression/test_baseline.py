@@ -19,7 +19,7 @@ def baseline():
 
 
 def test_what_is_written_is_read_back(baseline, tmp_path):
-    path = tmp_path / "new" / "x.json"
+    path = tmp_path / "new" / "and deep" / "x.json"
     write(baseline, path)
     assert read(path) == baseline
     assert [entry.name for entry in path.parent.iterdir()] == ["x.json"]
@@ -30,6 +30,17 @@ def test_every_number_has_a_line_of_its_own(baseline, tmp_path):
     lines = (tmp_path / "x.json").read_text(encoding="utf-8").splitlines()
     assert sum('"tolerance"' in line for line in lines) == 3 * len(GATED)
     assert all(line.count('"tolerance"') <= 1 for line in lines)
+
+
+def test_a_file_is_laid_out_for_reading_a_diff(baseline, tmp_path):
+    """UTF-8 as it is said, one space deeper per level, and line ends that every system writes alike."""
+    run = baseline.runs[0].model_copy(update={"controller": "größer"})
+    write(baseline.model_copy(update={"reason": "glättere Straße", "runs": [run]}), tmp_path / "x.json")
+    content = (tmp_path / "x.json").read_bytes()
+    for said in ('\n "format": 2,\n', '\n "reason": "glättere Straße",\n', '\n  {"controller": "größer", '):
+        assert said.encode() in content
+    assert b"\r" not in content
+    assert content.endswith(b"}\n  }}\n ]\n}\n")
 
 
 def test_a_failed_write_leaves_the_old_file(baseline, tmp_path, monkeypatch):

@@ -270,6 +270,7 @@ def test_a_status_is_claimed_of_one_law_or_of_all():
         ("robust", "claim_failed"),
     ]
     assert verdicts(findings).count("claim_failed") == 1
+    assert {finding.seed for finding in findings if not finding.verdict.failed} == {None}
     failed = next(finding for finding in findings if finding.verdict.failed)
     assert (failed.metric, failed.baseline, failed.current, failed.seed) == (
         "status",

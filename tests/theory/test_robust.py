@@ -30,6 +30,7 @@ def test_every_root_of_the_chain_is_the_pole(pole, order):
 
 
 def test_gains_of_the_paper():
+    assert chain_gains(np.array([-2]), 2).dtype == float
     np.testing.assert_array_equal(chain_gains(np.array([-0.5]), 2), [[0.25, 1.0]])
     np.testing.assert_array_equal(chain_gains(np.array([-0.5]), 3), [[0.125, 0.75, 1.5]])
     np.testing.assert_allclose(chain_gains(np.array([-2.0, -3.0]), 2), [[4.0, 4.0], [9.0, 6.0]], rtol=1e-15)
