@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from slipctl.scenario import Scenario
 
 
+NAMED = 6
+"""Scenarios that a message lists."""
+
+
 def check(
     scenarios: Annotated[
         list[str] | None,
@@ -73,6 +77,10 @@ def check(
     check_junit(junit, why is None)
     from slipctl import regression
 
+    if why is not None and not scenarios:
+        raise BadInput(
+            _which_to_record(regression.recorded_scenarios(), "--record" if record else "--update")
+        )
     names = scenarios or regression.recorded_scenarios()
     if not names:
         print(
@@ -99,15 +107,16 @@ def check(
         for note in report.notes:
             print(f"{report.scenario}: {note}", file=sys.stderr)
         if not json_output and not quiet:
-            _show(report)
+            _show(name, report)
         command = record_failing(name, scenario, report, artefacts, threads)
         told.append(judged(name, report, command))
     status = verdict(reports)
+    if not write_outputs(told, junit, json_output):
+        status = status or Exit.NOT_JUDGED
     if json_output and status < Exit.BAD_INPUT:
         print(json.dumps(as_json(reports, passed=status == Exit.GOOD), allow_nan=False, ensure_ascii=False))
     if json_output or quiet:
         _say_failures(reports)
-    write_outputs(told, junit, json_output)
     if status:
         raise typer.Exit(status)
 
@@ -132,6 +141,13 @@ def _read(names: Sequence[str]) -> list[Scenario]:
     return [load(name) for name in names]
 
 
+def _which_to_record(recorded: Sequence[str], option: str) -> str:
+    """Say that all baselines at once are not what anyone means."""
+    text = f"{option} needs to be told which scenario: slipctl check SCENARIO {option} --reason '…'"
+    named = ", ".join(recorded[:NAMED]) + (", …" if len(recorded) > NAMED else "")
+    return f"{text}; with a baseline: {named}" if recorded else text
+
+
 def _look_up(names: Sequence[str], against: str) -> None:
     from slipctl.regression import UnknownRevision, look_up
 
@@ -141,7 +157,7 @@ def _look_up(names: Sequence[str], against: str) -> None:
         raise BadInput(str(error)) from None
 
 
-def _show(report: Report) -> None:
+def _show(name: str, report: Report) -> None:
     from rich.console import Console
     from rich.text import Text
 
@@ -150,9 +166,8 @@ def _show(report: Report) -> None:
 
     console = Console(highlight=False)
     findings = [finding.json() for finding in report.findings]
-    said = judged(report.scenario, report, None)
-    # what is better than another revision need not be recorded
-    for line in lines(report.scenario, findings, updated=said.against is not None, since=said.since):
+    said = judged(name, report, None)
+    for line in lines(report.scenario, findings, said.update, said.since):
         console.print(line, soft_wrap=isinstance(line, Text))
     certified = standing_line(report.certified, report.model)
     if certified is not None:

@@ -80,6 +80,8 @@ def judged(source: str, report: Report, command: str | None) -> Judged:
     return Judged(
         scenario=report.scenario,
         findings=[finding.json() for finding in report.findings],
+        # what is better than another revision need not be recorded
+        source=source if recorded.get("against") is None else None,
         file=shipped.scenario_path(source) if source in shipped.scenario_names() else Path(source),
         commit=recorded.get("commit"),
         date=recorded.get("date"),
@@ -95,7 +97,7 @@ def check_junit(junit: Path | None, compares: bool) -> None:
     Raises
     ------
     BadInput
-        One is wanted though nothing is compared, or in place of a folder.
+        One is wanted though nothing is compared, or in place of a folder, or where nothing can be written.
     """
     if junit is None:
         return
@@ -103,27 +105,37 @@ def check_junit(junit: Path | None, compares: bool) -> None:
         raise BadInput("--junit is of a comparison: it does not go with --record or --update")
     if junit.is_dir():
         raise BadInput(f"--junit: {junit} is a folder; name a file in it, for instance {junit / 'check.xml'}")
+    from slipctl.report.junit import try_to_write
+
+    try:
+        try_to_write(junit)
+    except OSError as error:
+        raise BadInput(
+            f"--junit: cannot write {junit}: {error.strerror or error}; name another file"
+        ) from None
 
 
-def write_outputs(scenarios: Sequence[Judged], junit: Path | None, json_output: bool) -> None:
+def write_outputs(scenarios: Sequence[Judged], junit: Path | None, json_output: bool) -> bool:
     """Write the JUnit file and tell GitHub, where it runs this.
 
-    Raises
-    ------
-    BadInput
-        The JUnit file cannot be written.
+    Returns
+    -------
+    bool
+        Whether the JUnit file is there, if one was wanted. Without it the verdict stands, and it is said.
     """
+    written = True
     if junit is not None:
         from slipctl.report.junit import write
 
         try:
             write(junit, scenarios)
         except OSError as error:
-            raise BadInput(f"--junit: cannot write {junit}: {error.strerror or error}") from None
+            print(f"--junit: cannot write {junit}: {error.strerror or error}", file=sys.stderr)
+            written = False
     from slipctl.report import github
 
     if not github.active(os.environ):
-        return
+        return written
     workspace = os.environ.get("GITHUB_WORKSPACE")
     # what is read by a program has standard output to itself
     stream = sys.stderr if json_output else sys.stdout
@@ -135,3 +147,4 @@ def write_outputs(scenarios: Sequence[Judged], junit: Path | None, json_output: 
             github.append_summary(Path(summary), scenarios)
         except OSError as error:
             print(f"no step summary: {error}", file=sys.stderr)
+    return written

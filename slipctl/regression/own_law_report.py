@@ -15,6 +15,7 @@ from slipctl.regression.baseline import Baseline
 from slipctl.regression.judge import Finding, Verdict
 from slipctl.report.amounts import change_text
 from slipctl.report.findings import count_text, lines, sentence
+from slipctl.report.judged import since_text
 
 NOT_AS_RECORDED = (
     Verdict.WORSE,
@@ -109,10 +110,10 @@ class OwnLawReport:
 
         written = StringIO()
         console = Console(file=written, width=WIDTH, color_system=None, highlight=False)
-        since = f"{self.baseline.date}: {self.baseline.reason}"
+        since = f"{since_text(self.baseline.commit, self.baseline.date)}: {self.baseline.reason}"
         said = [finding.json() for finding in self.findings]
         for line in [
-            *lines(self.name, said, updated=True, since=since),
+            *lines(self.name, said, since=since),
             *(f"  {note}" for note in self.notes),
         ]:
             console.print(line, markup=False)

@@ -32,6 +32,11 @@ def summary(scenario: str, runs: Sequence[Mapping[str, Any]], changes: Sequence[
     changes
         As of `tables`.
     """
+    return f"{scenario}: {count_text(runs, changes)}"
+
+
+def count_text(runs: Sequence[Mapping[str, Any]], changes: Sequence[Change]) -> str:
+    """Say how much was recorded: ``7 numbers of 1 run recorded, 2 changed``; arguments as of `summary`."""
     numbers = [number for run in runs for number in run["metrics"].values()]
     chaotic = sum(number["gate"] == "verdict" for number in numbers)
     parts = [f"{_count(len(numbers), 'number')} of {_count(len(runs), 'run')} recorded"]
@@ -39,7 +44,7 @@ def summary(scenario: str, runs: Sequence[Mapping[str, Any]], changes: Sequence[
         parts.append(f"{chaotic} of them chaotic and not gated as numbers")
     if changes:
         parts.append(f"{len(changes)} changed")
-    return f"{scenario}: {', '.join(parts)}"
+    return ", ".join(parts)
 
 
 def tables(changes: Sequence[Change]) -> list[RenderableType]:

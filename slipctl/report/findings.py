@@ -36,7 +36,7 @@ INDENT = 4
 
 
 def lines(
-    scenario: str, findings: Sequence[Finding], updated: bool = False, since: str | None = None
+    scenario: str, findings: Sequence[Finding], update: str | None = None, since: str | None = None
 ) -> list[RenderableType]:
     """Lay out the findings of one scenario for a terminal of 80 columns or more.
 
@@ -46,8 +46,8 @@ def lines(
         Its name.
     findings
         All of them.
-    updated
-        Whether the present numbers have just been recorded, so that nothing is asked of the reader.
+    update
+        The command that records the present numbers; None where nothing is asked of the reader.
     since
         What the numbers are compared with, see `slipctl.report.judged.Judged.since`.
 
@@ -68,8 +68,8 @@ def lines(
     for finding in shown:
         if not _is_number(finding):
             laid.append(Text("  " + _short(finding), style=STYLES.get(finding["verdict"], "yellow")))
-    if counts["better"] and not updated and not any(counts[verdict] for verdict in FAILED):
-        laid.append(Text("  better than the baseline: record it with --update --reason '…'", style="green"))
+    if counts["better"] and update is not None and not any(counts[verdict] for verdict in FAILED):
+        laid.append(Text(f"  better than the baseline: record it with {update}", style="green"))
     return laid
 
 
@@ -113,7 +113,8 @@ def _short(finding: Finding) -> str:
     note = f" ({finding['note']})" if finding["note"] else ""
     if finding["claim"] is not None:
         where = f" [{run}]" if run else ""
-        return f"{verdict}: {finding['claim']}{where}: {values_text(finding)}{note}"
+        about = "" if finding["metric"] in (None, "status") else f"{metric_text(finding['metric'])} "
+        return f"{verdict}: {finding['claim']}{where}: {about}{values_text(finding)}{note}"
     if finding["controller"] is None:
         return f"{verdict}: {finding['note']}"
     if finding["metric"] is None:

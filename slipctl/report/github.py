@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from slipctl.report.findings import sentence, values_text
-from slipctl.report.judged import Finding, Judged, metric_text, run_text
+from slipctl.report.judged import Finding, Judged, claim_text, metric_text, run_text
 
 NAMED = 10
 """Findings that one annotation names: it is a hint beside a file, the summary holds the table."""
@@ -38,7 +38,7 @@ def workflow_commands(scenarios: Sequence[Judged], workspace: Path | None = None
     for judged in scenarios:
         file = within(judged.file, workspace)
         for command, title, findings in (
-            ("error", "got worse", judged.failed),
+            ("error", _how_failed(judged), judged.failed),
             ("warning", "could not be judged", judged.not_judged),
             ("notice", "is better than recorded", judged.better),
         ):
@@ -49,8 +49,8 @@ def workflow_commands(scenarios: Sequence[Judged], workspace: Path | None = None
                 said.append(f"and {len(findings) - NAMED} more")
             if command == "error" and judged.since is not None:
                 said.append(f"compared with {judged.since}")
-            if command == "notice":
-                said.append("record it with slipctl check --update --reason '…'")
+            if command == "notice" and judged.update is not None:
+                said.append(f"record it with {judged.update}")
             yield workflow_command(command, f"{judged.scenario} {title}", "\n".join(said), file)
 
 
@@ -74,13 +74,13 @@ def within(file: Path | None, workspace: Path | None) -> str | None:
 def summary(scenarios: Sequence[Judged]) -> str:
     """Return the Markdown that the page of the workflow's run shows.
 
-    First what got worse, by how much and since when; then what could not be judged, what is better, and how
+    First what failed, by how much and since when; then what could not be judged, what is better, and how
     to look at the recordings of the runs that failed.
     """
     failed = [judged for judged in scenarios if judged.failed]
     unknown = [judged for judged in scenarios if judged.not_judged]
     parts = [f"## slipctl check: {_headline(scenarios, failed, unknown)}", ""]
-    parts += _section("What got worse", failed, lambda judged: judged.failed)
+    parts += _section("What failed", failed, lambda judged: judged.failed)
     parts += _section("What could not be judged", unknown, lambda judged: judged.not_judged)
     parts += _section("What is better than recorded", scenarios, lambda judged: judged.better)
     commands = [judged.command for judged in scenarios if judged.command is not None]
@@ -108,11 +108,26 @@ def append_summary(path: Path, scenarios: Sequence[Judged]) -> None:
 def _headline(scenarios: Sequence[Judged], failed: Sequence[Judged], unknown: Sequence[Judged]) -> str:
     count = len(scenarios)
     of = f"of {count} scenario{'s' if count != 1 else ''}"
-    if failed:
-        return f"{len(failed)} {of} got worse"
-    if unknown:
-        return f"{len(unknown)} {of} could not be judged"
-    return f"{count} {of} good"
+    worse = sum(_is_worse(judged) for judged in failed)
+    parts = [
+        f"{number} {of} {what}"
+        for number, what in (
+            (worse, "got worse"),
+            (len(failed) - worse, "failed a claim"),
+            (len(unknown), "could not be judged"),
+        )
+        if number
+    ]
+    return ", ".join(parts) or f"{count} {of} good"
+
+
+def _is_worse(judged: Judged) -> bool:
+    """Whether a number or a status is not as recorded; otherwise it is only claims that fail."""
+    return any(finding["claim"] is None for finding in judged.failed)
+
+
+def _how_failed(judged: Judged) -> str:
+    return "got worse" if _is_worse(judged) else "failed a claim"
 
 
 def _section(
@@ -130,7 +145,7 @@ def _section(
 def _rows(judged: Judged, findings: Sequence[Finding]) -> Iterator[str]:
     for finding in findings[:ROWS]:
         claim = finding["claim"]
-        what = claim if claim is not None else metric_text(finding["metric"] or "")
+        what = claim_text(finding) if claim is not None else metric_text(finding["metric"] or "")
         valued = finding["baseline"] is not None or finding["current"] is not None
         values = values_text(finding) if valued else ""
         said = ": ".join(part for part in (values, finding["note"]) if part)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +28,9 @@ class Judged:
         Its name.
     findings : sequence of Finding
         All of them.
+    source : str or None
+        Name or path of the scenario as the user gave it, for commands that name it; None where its baseline
+        is not what was compared with.
     file : Path or None
         The scenario file; None where it is not known.
     commit, date : str or None
@@ -41,6 +45,7 @@ class Judged:
 
     scenario: str
     findings: Sequence[Finding]
+    source: str | None = None
     file: Path | None = None
     commit: str | None = None
     date: str | None = None
@@ -50,11 +55,13 @@ class Judged:
 
     @property
     def since(self) -> str | None:
-        """What the present numbers are compared with: ``commit 3f2a1b of 2026-11-20``."""
-        if self.against is not None:
-            return self.against
-        parts = [f"commit {self.commit}" if self.commit else "", f"of {self.date}" if self.date else ""]
-        return " ".join(part for part in parts if part) or None
+        """What the present numbers are compared with, see `since_text`."""
+        return self.against if self.against is not None else since_text(self.commit, self.date)
+
+    @property
+    def update(self) -> str | None:
+        """The command that records the present numbers, if there is one."""
+        return None if self.source is None else update_command(self.source)
 
     @property
     def failed(self) -> list[Finding]:
@@ -72,6 +79,18 @@ class Judged:
         return worst_first(finding for finding in self.findings if finding["verdict"] == "better")
 
 
+def since_text(commit: str | None, date: str | None) -> str | None:
+    """Say which record is meant: ``commit 3f2a1b of 2026-11-20``, or ``the record of 2026-11-20``."""
+    if commit is None:
+        return None if date is None else f"the record of {date}"
+    return f"commit {commit}" + ("" if date is None else f" of {date}")
+
+
+def update_command(source: str) -> str:
+    """Return the command that records one scenario again, to be pasted into a shell as it stands."""
+    return f"slipctl check {shlex.quote(source)} --update --reason '…'"
+
+
 def run_text(finding: Finding) -> str:
     """Say which run is meant: ``robust_kinematic, ground.friction 0.16, seed 1``."""
     seed, varied = finding["seed"], finding["varied"]
@@ -79,6 +98,13 @@ def run_text(finding: Finding) -> str:
     parts += [f"{key} {value_text(value)}" for key, value in varied.items()]
     parts += [f"seed {seed}"] if seed is not None and "seed" not in varied else []
     return ", ".join(parts)
+
+
+def claim_text(finding: Finding) -> str:
+    """Write a claim with the metric that was judged: one claim may be about two."""
+    metric = finding["metric"]
+    about = "" if metric in (None, "status") else f": {metric_text(metric)}"
+    return f"{finding['claim']}{about}"
 
 
 def metric_text(metric: str) -> str:

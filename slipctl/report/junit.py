@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from slipctl.report.findings import sentence, values_text
-from slipctl.report.judged import FAILED, NOT_JUDGED, Finding, Judged, run_text
+from slipctl.report.judged import FAILED, NOT_JUDGED, Finding, Judged, claim_text, run_text
 
 ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What no XML file may hold, not even escaped."""
@@ -41,7 +41,7 @@ def write(path: Path, scenarios: Sequence[Judged]) -> None:
         The folder cannot be made or written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    beside = _beside(path)
     try:
         beside.write_bytes(document(scenarios))
         beside.replace(path)
@@ -49,8 +49,29 @@ def write(path: Path, scenarios: Sequence[Judged]) -> None:
         beside.unlink(missing_ok=True)
 
 
+def try_to_write(path: Path) -> None:
+    """Make the folder of a file and write beside the place of the file, which is left as it is.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be made or written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = _beside(path)
+    try:
+        beside.touch()
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
 def _suite(judged: Judged) -> ElementTree.Element:
-    cases = [_case(judged, finding) for finding in judged.findings]
+    names = _case_names(judged.findings)
+    cases = [_case(judged, finding, name) for finding, name in zip(judged.findings, names, strict=True)]
     counts = {
         "tests": str(len(cases)),
         "failures": str(sum(case.find("failure") is not None for case in cases)),
@@ -78,8 +99,7 @@ def _properties(judged: Judged) -> Iterator[tuple[str, str]]:
         yield "compared_with", judged.since
 
 
-def _case(judged: Judged, finding: Finding) -> ElementTree.Element:
-    name = _legal(_case_name(finding))
+def _case(judged: Judged, finding: Finding, name: str) -> ElementTree.Element:
     case = ElementTree.Element("testcase", name=name, classname=_legal(judged.scenario))
     verdict, said = finding["verdict"], _legal(sentence(finding))
     if verdict in FAILED or verdict in NOT_JUDGED:
@@ -93,8 +113,23 @@ def _case(judged: Judged, finding: Finding) -> ElementTree.Element:
     return case
 
 
+def _case_names(findings: Sequence[Finding]) -> list[str]:
+    """Name every case otherwise: of two that are called the same, systems show one."""
+    names: list[str] = []
+    taken: set[str] = set()
+    for finding in findings:
+        first = name = _legal(_case_name(finding))
+        count = 1
+        while name in taken:
+            count += 1
+            name = f"{first} ({count})"
+        taken.add(name)
+        names.append(name)
+    return names
+
+
 def _case_name(finding: Finding) -> str:
-    what = finding["claim"] if finding["claim"] is not None else finding["metric"]
+    what = claim_text(finding) if finding["claim"] is not None else finding["metric"]
     parts = [run_text(finding), what or ""]
     return ": ".join(part for part in parts if part) or "the whole scenario"
 

@@ -1,6 +1,7 @@
 """``slipctl check``: every exit status, with an engine that answers what the test says."""
 
 import json
+import shlex
 from collections import Counter
 
 import pytest
@@ -88,7 +89,9 @@ def test_a_better_number_is_good_and_asks_to_be_recorded(bench, capsys):
     ice = bench.add("ice", run_entry("a"))
     bench.runs["ice"] = (run_entry("a", rms=0.0001),)
     assert main(["check", ice]) == 0
-    assert "better than the baseline: record it with --update --reason" in capsys.readouterr().out
+    (said,) = [line for line in capsys.readouterr().out.splitlines() if "record it with" in line]
+    words = shlex.split(said.partition("record it with ")[2])
+    assert words == ["slipctl", "check", ice, "--update", "--reason", "…"]
 
 
 def test_another_status_fails(bench, capsys):
@@ -216,6 +219,21 @@ def test_a_baseline_is_replaced_only_with_a_reason(bench, capsys, arguments, sai
     assert len(err.splitlines()) == 1
     assert bench.baseline("ice").read_bytes() == before
     assert bench.asked == []
+
+
+@pytest.mark.parametrize("option", ["--record", "--update"])
+def test_nobody_records_all_scenarios_by_leaving_out_the_name(bench, monkeypatch, capsys, option):
+    for name in "abcdefgh":
+        bench.add(name, run_entry("a"))
+    bench.ship(monkeypatch)
+    before = bench.baseline("a").read_bytes()
+    assert main(["check", option, "--reason", "why"]) == 2
+    err = capsys.readouterr().err
+    assert f"slipctl check SCENARIO {option} --reason" in err
+    assert "a, b, c, d, e, f, …" in err
+    assert len(err.splitlines()) == 1
+    assert bench.asked == []
+    assert bench.baseline("a").read_bytes() == before
 
 
 def test_record_refuses_before_anything_is_run(bench, capsys):

@@ -17,6 +17,9 @@ from tests.fakes import SHORT_SCENARIO
 WORSE = Finding(
     "ice", "nominal_kinematic", {}, 0, "rms_position_error", 0.001, 0.002, 1e-4, Verdict.WORSE, unit="m"
 )
+BETTER = Finding(
+    "ice", "nominal_kinematic", {}, 0, "rms_position_error", 0.002, 0.001, 1e-4, Verdict.BETTER, unit="m"
+)
 SAME = Finding(
     "ice", "nominal_kinematic", {}, 0, "rms_position_error", 1.0, 1.0, 1e-4, Verdict.SAME, unit="m"
 )
@@ -80,15 +83,39 @@ def test_a_junit_file_that_cannot_be_is_refused_before_anything_is_run(ice, foun
     assert "is a folder; name a file in it" in capsys.readouterr().err
 
 
-def test_a_junit_file_that_cannot_be_written_is_wrong_input_and_the_verdict_is_said(
-    ice, found, tmp_path, capsys
+def test_a_junit_file_that_cannot_be_written_is_refused_before_anything_is_run(
+    ice, monkeypatch, tmp_path, capsys
 ):
-    found.append(WORSE)
+    monkeypatch.setattr(regression, "check", lambda *_: pytest.fail("ran"))
     (tmp_path / "file").write_bytes(b"")
-    assert main(["check", ice, "--quiet", "--artefacts", "none", "--junit", "file/check.xml"]) == 2
+    assert main(["check", ice, "--quiet", "--junit", "file/check.xml"]) == 2
     err = capsys.readouterr().err
-    assert "rms_position_error 1.00 → 2.00 mm" in err
-    assert "--junit: cannot write" in err
+    assert "--junit: cannot write file" in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("finding", "status"), [(SAME, 3), (WORSE, 1), (UNJUDGED, 3)])
+def test_a_junit_file_that_cannot_be_written_afterwards_hides_no_verdict(
+    ice, found, monkeypatch, capsys, finding, status
+):
+    def full(*_: object) -> None:
+        raise OSError(28, "no space left")
+
+    monkeypatch.setattr("slipctl.report.junit.write", full)
+    found.append(finding)
+    assert main(["check", ice, "--json", "--artefacts", "none", "--junit", "check.xml"]) == status
+    out, err = capsys.readouterr()
+    assert "--junit: cannot write check.xml: no space left" in err
+    assert "Traceback" not in err
+    # what cannot be judged has no JSON; what failed has it
+    assert (json.loads(out)["passed"] is False) if status == 1 else (out == "")
+
+
+def test_trying_out_where_a_junit_file_goes_leaves_what_is_there(ice, found, tmp_path):
+    (tmp_path / "check.xml").write_text("older", encoding="utf-8")
+    assert main(["check", "no-such-scenario", "--junit", "check.xml"]) == 2
+    assert (tmp_path / "check.xml").read_text(encoding="utf-8") == "older"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["check.xml", "own"]
 
 
 def test_github_is_told_beside_the_table(ice, found, on_github, capsys):
@@ -103,6 +130,16 @@ def test_github_is_told_beside_the_table(ice, found, on_github, capsys):
     summary = on_github.read_text(encoding="utf-8")
     assert "1.00 → 2.00 mm (+100 %) | commit abc of 2026-11-20 |" in summary
     assert "* ice: another engine" in summary
+
+
+def test_what_is_better_is_recorded_by_a_command_that_names_this_scenario(ice, found, on_github, capsys):
+    found.append(BETTER)
+    assert main(["check", ice]) == 0
+    out = capsys.readouterr().out
+    table, annotation = out.split("::notice ")
+    command = "slipctl check own/ice.toml --update --reason '…'"
+    assert f"record it with {command}\n" in table
+    assert annotation.endswith(f"record it with {command}\n")
 
 
 def test_with_json_standard_output_holds_json_only(ice, found, on_github, capsys):

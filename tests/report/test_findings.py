@@ -71,15 +71,27 @@ def test_a_claim_is_told_with_its_interval():
     assert "compared with" not in shown([claim("claim_failed")], since="commit abc")
 
 
+def test_a_claim_about_two_metrics_says_which_one_failed():
+    both = [
+        claim("claim_failed", current=None, note="it ended early"),
+        claim("claim_failed", current=None, note="it ended early", metric="command_variation"),
+    ]
+    first, second = (sentence(entry) for entry in both)
+    assert ": rms position error measured" in first
+    assert ": command variation measured" in second
+
+
 def test_many_numbers_that_share_a_note_say_it_once():
     out = shown([finding(verdict="chaotic", note="it says nothing", seed=seed) for seed in range(5)])
     assert out.count("it says nothing") == 1
 
 
 def test_what_is_better_asks_to_be_recorded_unless_it_just_was():
-    assert "record it with --update" in shown([finding(verdict="better")])
-    assert "record it with" not in shown([finding(verdict="better")], updated=True)
-    assert "record it with" not in shown([finding(verdict="better"), finding()])  # that would record the rest
+    command = "slipctl check ice --update --reason '…'"
+    better = finding(verdict="better")
+    assert f"record it with {command}\n" in shown([better], 200, update=command)
+    assert "record it" not in shown([better])
+    assert "record it" not in shown([better, finding()], update=command)  # that would record the rest
 
 
 def test_a_difference_has_its_interval_in_the_table():

@@ -1,6 +1,7 @@
 """Annotations by the rules of workflow commands, and a summary that is a table whatever the names are."""
 
 import re
+import shlex
 from pathlib import Path
 
 from hypothesis import given
@@ -63,6 +64,46 @@ def test_each_kind_of_finding_has_its_command():
     assert said.endswith("compared with commit abc of 2026-11-20")
 
 
+def test_what_is_better_is_asked_to_be_recorded_by_name_and_for_this_scenario_only():
+    """Without a name the command would record every scenario again."""
+    better = finding(verdict="better")
+    for source, named in (("ice", "ice"), ("my floors/ice.toml", "'my floors/ice.toml'")):
+        ((_, _, said),) = [parsed(line) for line in workflow_commands([Judged("ice", [better], source)])]
+        assert said.endswith(f"\nrecord it with slipctl check {named} --update --reason '…'")
+        words = shlex.split(said.rpartition("record it with ")[2])
+        assert words == ["slipctl", "check", source, "--update", "--reason", "…"]
+    # what is better than another revision need not be recorded
+    ((_, _, said),) = [parsed(line) for line in workflow_commands([Judged("ice", [better])])]
+    assert "record it" not in said
+
+
+def test_a_claim_that_fails_is_not_called_a_number_that_got_worse():
+    claimed, worse = (
+        Judged("ice", [claim("claim_failed")]),
+        Judged("rain", [finding(), claim("claim_failed")]),
+    )
+    titles = [parsed(line)[1]["title"] for line in workflow_commands([claimed, worse])]
+    assert titles == ["ice failed a claim", "rain got worse"]
+
+    def headline(*judged):
+        return summary(judged).splitlines()[0].removeprefix("## slipctl check: ")
+
+    assert headline(claimed) == "1 of 1 scenario failed a claim"
+    assert headline(worse) == "1 of 1 scenario got worse"
+    assert headline(claimed, worse, Judged("fog", [NO_BASELINE])) == (
+        "1 of 3 scenarios got worse, 1 of 3 scenarios failed a claim, 1 of 3 scenarios could not be judged"
+    )
+
+
+def test_two_metrics_of_one_claim_are_told_apart():
+    judged = Judged("ice", [claim("claim_failed"), claim("claim_failed", metric="command_variation")])
+    rows = [cells(row) for row in summary([judged]).splitlines() if row.startswith("| ice")]
+    assert [row[2] for row in rows] == [
+        "robust better than nominal by a factor 3: rms position error",
+        "robust better than nominal by a factor 3: command variation",
+    ]
+
+
 def test_what_is_good_is_not_annotated():
     assert list(workflow_commands([Judged("ice", [finding(verdict="same"), claim("claim_held")])])) == []
 
@@ -83,7 +124,7 @@ def test_a_file_is_named_relative_to_the_checkout(tmp_path):
     assert within(file, tmp_path / "elsewhere") is None
     assert within(None, tmp_path) is None
     assert within(file, None) is None
-    (line,) = workflow_commands([Judged("ice", [finding()], file)], tmp_path)
+    (line,) = workflow_commands([Judged("ice", [finding()], file=file)], tmp_path)
     assert parsed(line)[1]["file"] == "scenarios/ice.toml"
 
 

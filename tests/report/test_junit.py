@@ -61,13 +61,24 @@ def test_every_verdict_becomes_a_case_of_its_kind():
     ]  # fmt: skip
 
 
-def test_names_within_a_suite_are_unique():
-    cases = list(read(document([Judged("ice", EVERY_VERDICT[3:])])).iter("testcase"))
-    assert len({case.attrib["name"] for case in cases}) == len(cases)
+def names(findings):
+    return [case.attrib["name"] for case in read(document([Judged("ice", findings)])).iter("testcase")]
+
+
+def test_two_metrics_of_one_claim_have_names_that_say_which():
+    told = names([claim("claim_held"), claim("claim_failed", metric="command_variation")])
+    claimed = "robust, ground.friction 0.16, seed 1: robust better than nominal by a factor 3"
+    assert told == [f"{claimed}: rms position error", f"{claimed}: command variation"]
+
+
+@given(st.lists(st.sampled_from([*EVERY_VERDICT, finding(controller="a (2)"), finding(controller="a")])))
+def test_names_within_a_suite_are_unique(findings):
+    told = names(findings)
+    assert len(set(told)) == len(told) == len(findings)
 
 
 def test_a_failure_says_by_how_much_and_since_when():
-    judged = Judged("ice", [finding()], Path("scenarios/ice.toml"), "abc", "2026-11-20")
+    judged = Judged("ice", [finding()], "ice", Path("scenarios/ice.toml"), "abc", "2026-11-20")
     root = read(document([judged]))
     (case,) = root.iter("testcase")
     assert case.attrib == {
