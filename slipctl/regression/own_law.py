@@ -16,7 +16,7 @@ from slipctl.regression.claims import judge_claims
 from slipctl.regression.judge import Finding, judge
 from slipctl.regression.origin import Origin, differences, is_elsewhere
 from slipctl.regression.own_law_report import OwnLawReport
-from slipctl.regression.record import changes, new_baseline, write_with_tracks
+from slipctl.regression.record import changes, new_baseline, try_to_write, write_with_tracks
 from slipctl.regression.spread import neighbours
 from slipctl.scenario import Claim, Scenario, StatusIs, dump, scenario_id
 from slipctl.scenario import read as read_scenario
@@ -132,11 +132,14 @@ def record_law(
     ------
     OwnLawError
         The law cannot be used.
+    OutputError
+        The baseline cannot be written, which is seen before anything is run.
     OSError
-        The baseline cannot be written.
+        Nor can it afterwards.
     KeyboardInterrupt
         It was interrupted; the old baseline stands.
     """
+    try_to_write(path)
     result = run(scenario, 1, laws={label: law})
     only = _of_law(result, label)
 

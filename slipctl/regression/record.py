@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import datetime
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from slipctl.experiment import Result
+from slipctl.experiment.folder import OutputError
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, read, run_key, write
 from slipctl.regression.check import Progress, Report, baseline_file, compare, report, run
 from slipctl.regression.git import commit_around
@@ -66,13 +68,16 @@ def record(
     ------
     ScenarioError
         The scenario cannot be read.
+    OutputError
+        The baseline cannot be written, which is seen before anything is run.
     OSError
-        The baseline cannot be written.
+        Nor can it afterwards.
     KeyboardInterrupt
         It was interrupted; the old baseline stands.
     """
     scenario = load(source)
     path = baseline_file(source, scenario)
+    try_to_write(path)
     result = run(scenario, 1, progress)
 
     def run_beside(moved: Scenario, cores: int | None) -> Mapping[str, Any]:
@@ -110,6 +115,28 @@ def new_baseline(
         reason=reason,
         runs=measure(payload, ticks_of_runs(result), beside),
     )
+
+
+def try_to_write(path: Path) -> None:
+    """See that a baseline can be written, before minutes are spent on it; nothing is left behind.
+
+    Raises
+    ------
+    OutputError
+        It cannot; the message says why.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    made = not path.parent.exists()
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(None, "there is a folder in its place; move it away")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.touch()
+        beside.unlink()
+        if made:
+            path.parent.rmdir()
+    except OSError as error:
+        raise OutputError(f"cannot write the baseline {path}: {error.strerror or error}") from None
 
 
 def write_with_tracks(baseline: Baseline, result: Result, path: Path) -> None:

@@ -3,9 +3,11 @@
 import pytest
 
 from slipctl import experiment
+from slipctl.cli import main
+from slipctl.experiment.folder import OutputError
 from slipctl.regression import check, read, record, write
 from slipctl.regression.gated import GATED
-from slipctl.regression.record import changes
+from slipctl.regression.record import changes, try_to_write
 from slipctl.scenario import load, scenario_id
 from tests.fakes import SHORT_SCENARIO, baseline_of, payload, run_entry
 from tests.repository import Repository, needs_git
@@ -108,6 +110,25 @@ def test_a_baseline_of_another_scenario_is_not_compared_with(scenario, tmp_path)
     assert [str(finding.verdict) for finding in report.findings] == ["unjudged"]
     assert "another scenario" in report.findings[0].note
     assert record(scenario, "two").baseline.scenario_id == scenario_id(load(scenario))
+
+
+@pytest.mark.parametrize("place", ["baselines", "baselines/short.json"])
+def test_where_no_baseline_can_be_written_nothing_is_run(scenario, tmp_path, monkeypatch, capsys, place):
+    monkeypatch.setattr(experiment, "run", lambda *_, **__: pytest.fail("ran"))
+    if place == "baselines":
+        (tmp_path / place).write_text("a file", encoding="utf-8")
+    else:
+        (tmp_path / place).mkdir(parents=True)
+    with pytest.raises(OutputError):
+        record(scenario, "in vain")
+    assert main(["check", scenario, "--update", "--reason", "in vain"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"cannot write the baseline {tmp_path / 'baselines' / 'short.json'}: ")
+
+
+def test_seeing_that_a_baseline_can_be_written_leaves_nothing(tmp_path):
+    try_to_write(tmp_path / "baselines" / "short.json")
+    assert list(tmp_path.iterdir()) == []
 
 
 @needs_git
