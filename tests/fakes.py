@@ -88,16 +88,8 @@ def baseline_of(content: dict[str, Any], tolerance: float = 1e-4) -> Baseline:
             varied=run["varied"],
             seed=run["seed"],
             status=run["status"],
-            metrics={
-                name: Number(
-                    value=run["metrics"][name],
-                    tolerance=tolerance,
-                    tolerance_elsewhere=2 * tolerance,
-                    spread=None if run["metrics"][name] is None else tolerance / 10,
-                    why="for a test",
-                )
-                for name in GATED
-            },
+            ticks=100,
+            metrics={name: _number(run["metrics"][name], tolerance) for name in GATED},
         )
         for run in content["runs"]
     ]
@@ -111,6 +103,20 @@ def baseline_of(content: dict[str, Any], tolerance: float = 1e-4) -> Baseline:
         date="2000-01-01",
         reason="for a test",
         runs=runs,
+    )
+
+
+def _number(value: float | None, tolerance: float) -> Number:
+    """The tolerances that follow from a tenth of the tolerance as spread, and twice of it at half a step."""
+    if value is None:
+        return Number(value=None, tolerance=0.0, tolerance_elsewhere=0.0, why="for a test")
+    return Number(
+        value=value,
+        tolerance=tolerance,
+        tolerance_elsewhere=2 * tolerance,
+        spread=tolerance / 10,
+        halving=2 * tolerance,
+        why="for a test",
     )
 
 

@@ -10,10 +10,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from slipctl.regression.gated import GATED, is_chaotic
+from slipctl.regression.gated import GATED, LARGER_IS_BETTER, allowances, is_chaotic
 
 FORMAT = 2
 """Version of the file. Format 1 held three metrics and guessed tolerances."""
+
+
+ROUNDING = 1e-9
+"""Relative: a tolerance that is computed again may differ by as much."""
 
 
 class CannotJudge(Exception):
@@ -36,7 +40,8 @@ class Number(_Strict):
     Attributes
     ----------
     value
-        The metric; None where it was not finite, or where the law has no theorem to guarantee anything.
+        The metric; None where it was not finite, which it always is in a run that completed, or where the law
+        has no theorem to guarantee anything.
     tolerance
         How far a later value may be worse: same engine, same family of processor.
     tolerance_elsewhere
@@ -86,7 +91,9 @@ class RunBaseline(_Strict):
     status
         How it ended.
     statuses_seen
-        Other statuses that the runs behind the tolerances ended with: accepted as well, and said.
+        Other statuses that the runs behind the tolerances ended with: said, but a change fails all the same.
+    ticks
+        How long it lasted.
     metrics
         Metric name to number.
     """
@@ -95,6 +102,7 @@ class RunBaseline(_Strict):
     varied: dict[str, Any]
     seed: int
     status: str
+    ticks: Annotated[int, Field(ge=0)]
     statuses_seen: list[str] = []
     metrics: dict[str, Number]
 
@@ -109,11 +117,38 @@ class RunBaseline(_Strict):
     def _gated_by_what_was_seen(self) -> Self:
         for metric, number in self.metrics.items():
             chaotic = is_chaotic(metric, number.value, number.spread)
-            if number.gate == "number" and chaotic:
-                raise ValueError(f"{metric} moved so far that it cannot be gated on its number")
-            if number.gate == "verdict" and not (chaotic or self.statuses_seen or number.spread is None):
+            if number.value is None and not self._ended_early and metric not in LARGER_IS_BETTER:
+                raise ValueError(f"{metric} has no value though the run completed")
+            if number.gate == "number":
+                if chaotic or self.statuses_seen:
+                    raise ValueError(f"{metric} moved so far that it cannot be gated on its number")
+                self._see_tolerances(metric, number)
+            # a number that is not finite nearby leaves no spread; such a run did not complete
+            elif not (chaotic or self.statuses_seen or (number.spread is None and self._ended_early)):
                 raise ValueError(f"{metric} is gated on verdicts only, but it hardly moved")
         return self
+
+    @property
+    def _ended_early(self) -> bool:
+        return self.status != "completed"
+
+    def _see_tolerances(self, metric: str, number: Number) -> None:
+        """See that the tolerances of a number are not wider than what was measured allows."""
+        if number.value is None:
+            allowed = 0.0
+        elif number.spread is None:
+            raise ValueError(f"{metric} has a tolerance, but no spread that it was made from")
+        else:
+            allowed = max(allowances(metric, number.value, number.spread, self.ticks).values())
+        elsewhere = max(allowed, number.halving or 0.0)
+        for name, given, most in (
+            ("tolerance", number.tolerance, allowed),
+            ("tolerance elsewhere", number.tolerance_elsewhere, elsewhere),
+        ):
+            if given > most * (1.0 + ROUNDING):
+                raise ValueError(
+                    f"the {name} of {metric} is {given:g}, but what was measured allows {most:g}"
+                )
 
 
 class Baseline(_Strict):
@@ -149,6 +184,13 @@ class Baseline(_Strict):
     reason: str
     runs: list[RunBaseline]
 
+    @field_validator("format", mode="before")
+    @classmethod
+    def _whole_format(cls, value: Any) -> Any:
+        if type(value) is not int:  # 2.0 is equal to 2, but no slipctl wrote it
+            raise ValueError(f"the format is a whole number, not {value!r}")
+        return value
+
 
 def run_key(controller: str, varied: Mapping[str, Any], seed: int) -> tuple[str, str, int]:
     """Say which run of a scenario is meant, hashably."""
@@ -164,7 +206,7 @@ def read(path: Path, source: str | None = None, command: str | None = None) -> B
     ------
     CannotJudge
         The file is missing, cut off, of another format, not a baseline, holds the same run twice, or its
-        tolerances are smaller than the movements they were made from.
+        tolerances are not those that follow from what was measured.
     """
     name = source or path.stem
     once = command or f"slipctl check {name} --record"

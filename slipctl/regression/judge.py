@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -133,22 +134,24 @@ def _judge_run(
     status = run["status"]
     if status != recorded.status:
         # The metrics of a run that ended at another time are other quantities: comparing them says nothing.
-        accepted = status in recorded.statuses_seen
-        verdict = Verdict.CHAOTIC if accepted else Verdict.STATUS_CHANGED
-        note = "chaotic: runs beside the recorded one ended so, too" if accepted else ""
-        return [Finding(*which, "status", recorded.status, status, None, verdict, note)]
+        note = "runs beside the recorded one ended so, too" if status in recorded.statuses_seen else ""
+        return [Finding(*which, "status", recorded.status, status, None, Verdict.STATUS_CHANGED, note)]
     findings = [Finding(*which, "status", recorded.status, status, None, Verdict.SAME)]
     for metric, number in recorded.metrics.items():
         value = run["metrics"].get(metric)
         tolerance = number.tolerance_elsewhere if elsewhere else number.tolerance
         verdict = judge_number(metric, number, value, tolerance)
-        note = (
-            "chaotic: gated on its status and the scenario's claims only" if number.gate == "verdict" else ""
-        )
+        note = GATED_ON if number.gate == "verdict" else ""
+        if not verdict.judged:
+            note = NO_NUMBER
         findings.append(
             Finding(*which, metric, number.value, value, tolerance, verdict, note, unit=UNITS[metric])
         )
     return findings
+
+
+GATED_ON = "chaotic: gated on its status and the scenario's claims only"
+NO_NUMBER = "there is no number to compare with"
 
 
 def judge_number(metric: str, number: Number, value: float | None, tolerance: float) -> Verdict:
@@ -161,21 +164,29 @@ def judge_number(metric: str, number: Number, value: float | None, tolerance: fl
     number
         What was recorded.
     value
-        What there is now; one that is not finite is worst.
+        What there is now; one that is not finite is worst. Where a recorded number is not finite, or the law
+        had no theorem and now has one, there is nothing to compare with.
     tolerance
         How far it may be worse; a chaotic number that moves further is reported as such and never fails.
     """
     verdict = _judge(metric, number.value, value, tolerance)
-    if number.gate == "verdict" and verdict is not Verdict.SAME:
+    if number.gate == "verdict" and verdict not in (Verdict.SAME, Verdict.UNJUDGED):
         return Verdict.CHAOTIC
     return verdict
 
 
 def _judge(metric: str, recorded: float | None, value: float | None, tolerance: float) -> Verdict:
+    if recorded is not None and not math.isfinite(recorded):
+        return Verdict.UNJUDGED
+    if value is not None and not math.isfinite(value):
+        value = None
     if recorded is None or value is None:
         if recorded is None and value is None:
             return Verdict.SAME
-        return Verdict.WORSE if value is None else Verdict.BETTER
+        if value is None:
+            return Verdict.WORSE
+        # an error that was not finite now is; a guarantee may have been cut out of the file
+        return Verdict.UNJUDGED if metric in LARGER_IS_BETTER else Verdict.BETTER
     worse_by = recorded - value if metric in LARGER_IS_BETTER else value - recorded
     if worse_by > tolerance:
         return Verdict.WORSE

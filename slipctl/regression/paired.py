@@ -15,7 +15,8 @@ def paired_differences(findings: Sequence[Finding]) -> list[Finding]:
     Parameters
     ----------
     findings
-        Of single runs, as `slipctl.regression.judge` gives them. Chaotic numbers that moved are left out.
+        Of single runs, as `slipctl.regression.judge` gives them. Chaotic numbers that moved, and
+        what could not be judged, are left out.
 
     Returns
     -------
@@ -27,7 +28,8 @@ def paired_differences(findings: Sequence[Finding]) -> list[Finding]:
     groups: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         is_number = isinstance(finding.baseline, float) and isinstance(finding.current, float)
-        if finding.controller and finding.metric and is_number and finding.verdict is not Verdict.CHAOTIC:
+        counts = finding.verdict.judged and finding.verdict is not Verdict.CHAOTIC
+        if finding.controller and finding.metric and is_number and counts:
             groups.setdefault((finding.controller, finding.metric), []).append(finding)
     return [_over_runs(group) for group in groups.values() if len(group) > 1]
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from slipctl.regression.baseline import RunBaseline, run_key
-from slipctl.regression.gated import GATED
-from slipctl.regression.tolerance import NUDGE, Seen, number
+from slipctl.metrics import UNITS
+from slipctl.regression.baseline import CannotJudge, RunBaseline, run_key
+from slipctl.regression.gated import GATED, NUDGE, is_repeated
+from slipctl.regression.tolerance import Seen, number
 from slipctl.scenario import Axis, Scenario
 
 NUDGES = {
@@ -145,10 +146,16 @@ def measure(
         Length of each of its runs.
     beside
         The runs beside each, as of `neighbours`.
+
+    Raises
+    ------
+    CannotJudge
+        A run from the very same start gave something else: such a law cannot be gated.
     """
     runs = []
     for run, length in zip(payload["runs"], ticks, strict=True):
         others = beside[run_key(run["controller"], run["varied"], run["seed"])]
+        _see_repeated(payload["scenario"], run, others, length)
         statuses = {other.status for other in others} - {run["status"]}
         runs.append(
             RunBaseline(
@@ -156,6 +163,7 @@ def measure(
                 varied=dict(run["varied"]),
                 seed=run["seed"],
                 status=run["status"],
+                ticks=length,
                 statuses_seen=sorted(statuses),
                 metrics={
                     metric: number(
@@ -166,6 +174,28 @@ def measure(
             )
         )
     return runs
+
+
+def _see_repeated(scenario: str, run: Mapping[str, Any], others: Sequence[Neighbour], ticks: int) -> None:
+    """See that every run from a start that was not moved gave what the run itself gave."""
+    for other in others:
+        if other.kind != "threads":
+            continue
+        pairs = {"status": (run["status"], other.status)} if other.status != run["status"] else {}
+        pairs |= {
+            metric: (run["metrics"][metric], other.metrics[metric])
+            for metric in GATED
+            if not is_repeated(metric, run["metrics"][metric], other.metrics[metric], ticks)
+        }
+        if not pairs:
+            continue
+        metric, (first, again) = next(iter(pairs.items()))
+        unit = f" [{UNITS[metric]}]" if metric in UNITS else ""
+        raise CannotJudge(
+            f"{scenario}: {run['controller']} is not repeatable, so that nothing can be recorded: from the "
+            f"very same start its {metric}{unit} is {first}, then {again}; "
+            "what is random in a law must be seeded, world by world"
+        )
 
 
 def _seen(metric: str, others: Sequence[Neighbour], same_status: bool) -> Seen:

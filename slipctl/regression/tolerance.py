@@ -7,23 +7,7 @@ from dataclasses import dataclass
 
 from slipctl.metrics import UNITS
 from slipctl.regression.baseline import Number
-from slipctl.regression.gated import CHAOTIC, LARGER_IS_BETTER, is_chaotic
-
-NUDGE = 1e-9
-"""The start is moved by this much [m, rad], to either side: far below what anybody could set up, far above
-rounding. Another processor rounds otherwise by less; what grows from it means nothing."""
-
-RELATIVE = 1e-6
-"""Share of the value always allowed."""
-
-SPREADS = 10.0
-"""Multiples of the spread always allowed: a few runs show the size of a spread, not its end."""
-
-FLOOR = NUDGE
-"""Always allowed, in the metric's unit: the nudge itself."""
-
-TICKS = 1.5
-"""Ticks always allowed to turn in a share of ticks: one that stands at the edge of an inequality."""
+from slipctl.regression.gated import CHAOTIC, LARGER_IS_BETTER, NUDGE, allowances, is_chaotic
 
 
 @dataclass(frozen=True)
@@ -35,7 +19,7 @@ class Seen:
     nudged
         From moved starts.
     threads
-        On other numbers of threads.
+        On other numbers of threads: the same as the run itself, rounding aside.
     halved
         With half the timestep: one number, or none where the plant has no timestep.
     same_status
@@ -70,16 +54,8 @@ def number(metric: str, value: float | None, seen: Seen, ticks: int) -> Number:
         return Number(value=None, tolerance=0.0, tolerance_elsewhere=0.0, gate="verdict", why=why)
     nudged, threads = _largest(value, seen.nudged), _largest(value, seen.threads)
     halving = _largest(value, seen.halved) if seen.halved else None
-    reasons = {
-        f"{RELATIVE:g} of the value": RELATIVE * abs(value),
-        f"{SPREADS:g} spreads": SPREADS * max(nudged or 0.0, threads or 0.0),
-        **(
-            {f"{TICKS:g} of {ticks} ticks": TICKS / ticks}
-            if metric in LARGER_IS_BETTER
-            else {f"the floor of {FLOOR:g}": FLOOR}
-        ),
-    }
-    reason, tolerance = max(reasons.items(), key=lambda item: item[1])
+    spread = max(nudged or 0.0, threads or 0.0)
+    reason, tolerance = max(allowances(metric, value, spread, ticks).items(), key=lambda item: item[1])
     sizes = {
         "tolerance": tolerance,
         "tolerance_elsewhere": max(tolerance, halving or 0.0),
@@ -89,9 +65,8 @@ def number(metric: str, value: float | None, seen: Seen, ticks: int) -> Number:
     if not seen.same_status or any(other is None for other in everything):
         why = f"chaotic: a run beside this one ended otherwise; {GATED_ON}; {moved}"
         return Number(value=value, spread=None, gate="verdict", why=why, **sizes)
-    spread = max(nudged or 0.0, threads or 0.0)
     if is_chaotic(metric, value, spread):
-        why = f"chaotic: it moved by more than {CHAOTIC:.0%}; {GATED_ON}; {moved}"
+        why = f"chaotic: {reason} are more than {CHAOTIC:.0%} of the value; {GATED_ON}; {moved}"
         return Number(value=value, spread=spread, gate="verdict", why=why, **sizes)
     return Number(value=value, spread=spread, why=f"{reason}; {moved}", **sizes)
 

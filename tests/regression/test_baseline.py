@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 from slipctl import shipped
 from slipctl.metrics import UNITS
 from slipctl.regression import CannotJudge, read, write
-from slipctl.regression.gated import GATED
+from slipctl.regression.gated import GATED, NOTEWORTHY
 from tests.fakes import baseline_of, payload, run_entry
 
 
 @pytest.fixture
 def baseline():
-    return baseline_of(payload([run_entry("a", 0.1), run_entry("b", 0.1, None), run_entry("a", 0.8)]))
+    return baseline_of(
+        payload([run_entry("a", 0.1), run_entry("b", 0.1, None, status="diverged"), run_entry("a", 0.8)])
+    )
 
 
 def test_what_is_written_is_read_back(baseline, tmp_path):
@@ -85,7 +87,9 @@ def damage(change):
         ),
         (damage(lambda c: c.update(format=3)), "format 3, newer than this slipctl, which reads format 2"),
         (damage(lambda c: c.update(format="two")), "format"),
+        (damage(lambda c: c.update(format=2.0)), "the format is a whole number, not 2.0"),
         (damage(lambda c: c.pop("versions")), "versions"),
+        (damage(lambda c: c["runs"][0].pop("ticks")), "ticks"),
         (damage(lambda c: c.update(extra=1)), "extra"),
         (damage(lambda c: c["runs"][0]["metrics"]["rms_position_error"].update(tolerance="x")), "tolerance"),
         (damage(lambda c: c.update(runs=[])), "no runs"),
@@ -119,7 +123,27 @@ def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
         (lambda metrics: metrics["rms_position_error"].update(spread=1e-3), "spread"),
         (lambda metrics: metrics["rms_position_error"].update(halving=1e-2), "half the timestep"),
         (lambda metrics: metrics["rms_position_error"].update(tolerance_elsewhere=0.0), "elsewhere"),
+        (
+            lambda metrics: metrics["rms_position_error"].update(tolerance=1e-2, tolerance_elsewhere=1e-2),
+            "the tolerance of rms_position_error is 0.01, but what was measured allows",
+        ),
+        (
+            lambda metrics: metrics["rms_position_error"].update(tolerance_elsewhere=1e-2),
+            "the tolerance elsewhere of rms_position_error is 0.01, but what was measured allows",
+        ),
+        (
+            lambda metrics: metrics["guarantee_fraction"].update(tolerance=0.5, tolerance_elsewhere=0.5),
+            "the tolerance of guarantee_fraction is 0.5",
+        ),
+        (lambda metrics: metrics["rms_position_error"].update(spread=None), "no spread"),
+        (
+            lambda metrics: metrics["rms_position_error"].update(
+                value=None, tolerance=0.0, tolerance_elsewhere=0.0, spread=None, halving=None
+            ),
+            "has no value though the run completed",
+        ),
         (lambda metrics: metrics["rms_position_error"].update(gate="verdict"), "it hardly moved"),
+        (lambda metrics: metrics["rms_position_error"].update(gate="verdict", spread=None), "hardly moved"),
         (
             lambda metrics: metrics["rms_position_error"].update(
                 value=0.1, spread=0.03, tolerance=0.3, tolerance_elsewhere=0.3
@@ -132,7 +156,8 @@ def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
 def test_a_baseline_that_could_never_fail_is_damaged(tmp_path, planted, where):
     """Each of these would have let any result pass."""
     shipped_one = json.loads((shipped.baseline_folder() / "wet-slope.json").read_text(encoding="utf-8"))
-    planted(shipped_one["runs"][0]["metrics"])
+    (robust,) = (run for run in shipped_one["runs"] if run["controller"] == "robust_kinematic")
+    planted(robust["metrics"])
     path = tmp_path / "planted.json"
     path.write_text(json.dumps(shipped_one), encoding="utf-8")
     with pytest.raises(CannotJudge, match=where) as caught:
@@ -147,6 +172,27 @@ def test_a_chaotic_number_may_have_moved_further_than_any_tolerance(tmp_path):
     path = tmp_path / "chaotic.json"
     path.write_text(json.dumps(shipped_one), encoding="utf-8")
     assert read(path).runs[0].metrics["rms_position_error"].gate == "verdict"
+
+
+def test_a_run_that_may_end_otherwise_has_no_gated_number(tmp_path):
+    shipped_one = json.loads((shipped.baseline_folder() / "wet-slope.json").read_text(encoding="utf-8"))
+    shipped_one["runs"][0]["statuses_seen"] = ["tipped"]
+    path = tmp_path / "planted.json"
+    path.write_text(json.dumps(shipped_one), encoding="utf-8")
+    with pytest.raises(CannotJudge, match="moved so far that it cannot be gated on its number"):
+        read(path)
+    for number in shipped_one["runs"][0]["metrics"].values():
+        number.update(gate="verdict", spread=None)
+    path.write_text(json.dumps(shipped_one), encoding="utf-8")
+    assert read(path).runs[0].statuses_seen == ["tipped"]
+
+
+@pytest.mark.parametrize("name", [path.stem for path in shipped.baseline_folder().glob("*.json")])
+def test_what_is_shipped_allows_no_more_than_a_fifth_of_a_number(name):
+    for run in read(shipped.baseline_folder() / f"{name}.json").runs:
+        for metric, number in run.metrics.items():
+            if number.value is not None and number.gate == "number":
+                assert number.tolerance <= max(0.2 * abs(number.value), NOTEWORTHY[metric])
 
 
 @settings(max_examples=50, deadline=None)

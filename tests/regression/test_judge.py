@@ -157,14 +157,34 @@ def test_any_other_status_fails_even_with_better_numbers(status):
     assert back.verdict is Verdict.STATUS_CHANGED
 
 
-def test_a_status_that_a_run_beside_it_gave_is_accepted_and_said():
+def test_a_status_that_a_run_beside_it_gave_is_said_and_fails_all_the_same():
     before, after = payload([run_entry("a")]), payload([run_entry("a", status="tipped")])
     baseline = baseline_of(before)
     run = baseline.runs[0].model_copy(update={"statuses_seen": ["tipped"]})
     (finding,) = judge(baseline.model_copy(update={"runs": [run]}), after)
-    assert finding.verdict is Verdict.CHAOTIC
+    assert finding.verdict is Verdict.STATUS_CHANGED
     assert (finding.baseline, finding.current) == ("completed", "tipped")
-    assert finding.note
+    assert finding.note == "runs beside the recorded one ended so, too"
+
+
+@pytest.mark.parametrize("gate", ["number", "verdict"])
+@pytest.mark.parametrize("odd", [math.nan, math.inf, -math.inf])
+def test_a_number_that_is_not_finite_is_never_the_same(odd, gate):
+    unchecked = Number.model_construct(value=odd, tolerance=1.0, tolerance_elsewhere=1.0, gate=gate, why="")
+    for metric in GATED:
+        assert judge_number(metric, unchecked, 0.1, 1.0) is Verdict.UNJUDGED
+        assert judge_number(metric, unchecked, odd, 1.0) is Verdict.UNJUDGED
+        assert verdict(0.1, odd, 1.0, metric) is Verdict.WORSE
+
+
+def test_a_guarantee_that_was_not_recorded_cannot_be_judged():
+    before, after = payload([run_entry("a")]), payload([run_entry("a")])
+    before["runs"][0]["metrics"]["guarantee_fraction"] = None
+    (finding,) = (f for f in judge(baseline_of(before), after) if f.metric == "guarantee_fraction")
+    assert finding.verdict is Verdict.UNJUDGED
+    assert finding.note == "there is no number to compare with"
+    (back,) = (f for f in judge(baseline_of(after), before) if f.metric == "guarantee_fraction")
+    assert back.verdict is Verdict.WORSE
 
 
 def test_runs_on_one_side_only_cannot_be_judged():

@@ -5,10 +5,9 @@ import math
 import pytest
 
 from slipctl import experiment
-from slipctl.regression.baseline import run_key
-from slipctl.regression.gated import GATED
+from slipctl.regression.baseline import CannotJudge, run_key
+from slipctl.regression.gated import GATED, NUDGE
 from slipctl.regression.spread import measure, neighbours, scenarios_beside
-from slipctl.regression.tolerance import NUDGE
 from slipctl.regression.tracks import ticks_of_runs
 from slipctl.scenario import load, scenario_id, worlds
 from tests.fakes import SHORT_SCENARIO, payload, run_entry
@@ -194,23 +193,54 @@ def test_a_nudge_of_a_robot_that_starts_beside_its_path_shows_in_the_error(measu
         assert 1e-11 < run.metrics["max_position_error"].spread < 1e-8
 
 
-def test_runs_are_paired_with_their_own_neighbours(tmp_path):
-    scenario = scenario_of(SHORT_SCENARIO, tmp_path)
+def answering(moved_run, same_start):
+    """An engine whose law `a` always gives the same, and `b` what it is told, by whether its start moved."""
 
     def run(moved, threads):
-        beside = [
-            run_entry(name, rms=rms, seed=0, status=status, varied=world.varied)
-            for world in worlds(moved)
-            for name, rms, status in (("b", 0.0101, "tipped"), ("a", 0.01, "completed"))
-        ]
+        beside = []
+        for world in worlds(moved):
+            offset = next(iter(world.varied.values()))
+            rms, status = same_start if offset == 0.0 else moved_run
+            beside += [
+                run_entry("b", rms=rms, seed=0, status=status, varied=world.varied),
+                run_entry("a", rms=0.01, seed=0, varied=world.varied),
+            ]
         return payload(beside)
 
+    return run
+
+
+def measured_with(run, folder):
     base = payload([run_entry(name, rms=0.01, seed=0, varied={}) for name in "ab"])
-    a, b = measure(base, [100, 100], neighbours(scenario, run))
+    return measure(base, [100, 100], neighbours(scenario_of(SHORT_SCENARIO, folder), run))
+
+
+def test_runs_are_paired_with_their_own_neighbours(tmp_path):
+    a, b = measured_with(answering((0.0101, "tipped"), (0.01, "completed")), tmp_path)
     assert (a.statuses_seen, b.statuses_seen) == ([], ["tipped"])
+    assert (a.ticks, b.ticks) == (100, 100)
     assert a.metrics["rms_position_error"].spread == 0.0
     assert {number.gate for number in a.metrics.values()} == {"number"}
     assert {number.gate for number in b.metrics.values()} == {"verdict"}
+
+
+@pytest.mark.parametrize(
+    ("again", "said"),
+    [
+        ((0.0101, "completed"), r"b is not repeatable, .* rms_position_error \[m\] is 0.01, then 0.0101"),
+        ((0.01, "tipped"), "b is not repeatable, .* status is completed, then tipped"),
+        ((None, "completed"), "b is not repeatable, .* is 0.01, then None"),
+    ],
+)
+def test_another_number_from_the_very_same_start_is_no_chaos(tmp_path, again, said):
+    with pytest.raises(CannotJudge, match=said) as caught:
+        measured_with(answering((0.01, "completed"), again), tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def test_rounding_otherwise_beside_other_worlds_is_repeatable(tmp_path):
+    _, b = measured_with(answering((0.01, "completed"), (0.01 + 1e-12, "completed")), tmp_path)
+    assert b.metrics["rms_position_error"].spread == pytest.approx(1e-12, rel=1e-3)
 
 
 def test_each_run_beside_is_made_on_its_own_number_of_threads(tmp_path):

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipctl.regression import Number
-from slipctl.regression.gated import CHAOTIC, GATED, NOTEWORTHY, is_chaotic
-from slipctl.regression.tolerance import NUDGE, Seen, number
+from slipctl.regression.gated import CHAOTIC, GATED, NOTEWORTHY, NUDGE, SPREADS, is_chaotic, is_repeated
+from slipctl.regression.tolerance import Seen, number
 
 ERROR = "rms_position_error"
 SHARE = "guarantee_fraction"
@@ -76,18 +76,18 @@ def test_half_the_timestep_alone_is_never_chaos():
 
 
 @pytest.mark.parametrize("where", ["nudged", "threads"])
-def test_a_movement_of_over_a_fifth_of_the_value_makes_it_chaotic(where):
-    assert moved(where, [1.19]).gate == "number"
-    chaotic = moved(where, [1.21])
+def test_a_tolerance_of_over_a_fifth_of_the_value_makes_it_chaotic(where):
+    assert moved(where, [1.019]).gate == "number"
+    chaotic = moved(where, [1.021])
     assert chaotic.gate == "verdict"
-    assert chaotic.why.startswith("chaotic: it moved by more than 20%")
-    assert "0.21" in chaotic.why or "2.1e-01" in chaotic.why
+    assert chaotic.why.startswith("chaotic: 10 spreads are more than 20% of the value")
+    assert "2.1e-02" in chaotic.why
 
 
 def test_a_movement_too_small_to_care_about_is_not_chaos():
-    assert of(1e-5, [9e-5]).gate == "number"
-    assert of(1e-5, [2e-4]).gate == "verdict"
-    assert of(0.01, [0.019], metric="command_variation").gate == "number"
+    assert of(1e-5, [1.9e-5]).gate == "number"
+    assert of(1e-5, [2.1e-5]).gate == "verdict"
+    assert of(0.001, [0.0019], metric="command_variation").gate == "number"
 
 
 def test_a_run_beside_it_that_ended_otherwise_makes_it_chaotic():
@@ -136,10 +136,26 @@ def test_the_order_of_the_runs_beside_does_not_matter(value, shares, metric):
 
 
 @given(VALUE, MOVE, METRIC)
-def test_chaos_is_a_share_of_the_value_and_something_to_notice(value, share, metric):
+def test_chaos_is_a_tolerance_of_a_share_of_the_value_and_something_to_notice(value, share, metric):
     moved = share * value
-    expected = moved > CHAOTIC * value and moved > NOTEWORTHY[metric]
+    expected = SPREADS * moved > CHAOTIC * value and SPREADS * moved > NOTEWORTHY[metric]
     assert is_chaotic(metric, value, moved) == is_chaotic(metric, -value, moved) == expected
+
+
+@given(VALUE, st.lists(MOVE, min_size=1), METRIC)
+def test_a_gated_number_may_move_by_a_fifth_at_most_unless_that_is_hardly_anything(value, shares, metric):
+    result = number(metric, value, Seen([value * (1 + share) for share in shares], [value]), ticks=500)
+    if result.gate == "number":
+        assert result.tolerance <= max(CHAOTIC * value, NOTEWORTHY[metric])
+
+
+@given(st.one_of(st.none(), VALUE), METRIC)
+def test_the_same_number_is_repeated_and_another_is_not(value, metric):
+    assert is_repeated(metric, value, value, 500)
+    assert not is_repeated(metric, value, 0.1 if value is None else 1.1 * value + 0.01, 500)
+    if value is not None:
+        assert not is_repeated(metric, value, None, 500)
+        assert is_repeated(metric, value, value * (1 + 1e-7), 500)
 
 
 def test_nothing_is_chaotic_without_a_number():
