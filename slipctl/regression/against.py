@@ -55,8 +55,9 @@ def against(source: str, name: str, threads: int | None = None, progress: Progre
     -------
     Report
         Run by run as with a baseline, then controller by controller the mean differences with their
-        intervals. Tolerances are those of the baseline, if there is one of this very scenario; otherwise
-        they are measured here, from two starts moved by a nanometre.
+        intervals. A gated metric that is not there to compare with is not judged. Tolerances are those of the
+        baseline, if there is one of this very scenario; otherwise they are measured here, from two starts
+        moved by a nanometre.
 
     Raises
     ------
@@ -104,11 +105,14 @@ def _compare(
         notes.append("no baseline of this scenario: tolerances measured here, from moved starts")
         recorded = _measured(scenario, result, elsewhere, threads, progress)
     baseline = as_baseline(reference.payload, recorded, reference.label)
-    absent = [metric for metric in GATED if all(metric not in run.metrics for run in baseline.runs)]
-    if absent:
-        notes.append(f"not known then and not compared: {', '.join(absent)}")
     findings = judge(baseline, payload, elsewhere)
     findings += paired_differences(findings)
+    absent = [
+        metric for metric in GATED if any(metric not in run["metrics"] for run in reference.payload["runs"])
+    ]
+    if absent:
+        why = f"{reference.label} does not hold {', '.join(absent)}"
+        findings.append(Finding(scenario.name, None, {}, None, None, None, None, None, Verdict.UNJUDGED, why))
     about = {"commit": reference.commit, "date": reference.date, "against": reference.label}
     # without the claims: they are about one result, not about a difference
     certified = result.manifest.get("certified")
@@ -157,8 +161,8 @@ def _with_tolerances(entry: Mapping[str, Any], like: RunBaseline | None) -> RunB
         varied=entry["varied"],
         seed=entry["seed"],
         status=entry["status"],
-        # of runs that end now so, now so, every end is accepted, unless then it was yet another
-        statuses_seen=sorted(statuses - {entry["status"]}) if entry["status"] in statuses else [],
+        # they are said where the run ends otherwise
+        statuses_seen=sorted(statuses - {entry["status"]}),
         metrics=metrics,
     )
 

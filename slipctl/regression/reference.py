@@ -7,15 +7,15 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from slipctl import experiment, shipped
-from slipctl.metrics import UNITS
 from slipctl.regression import git
 from slipctl.regression.baseline import CannotJudge
+from slipctl.regression.payload import payload_of, see_payload
 from slipctl.scenario import ScenarioError, load
 
 Progress = Callable[[int, int, str], None]
@@ -76,18 +76,15 @@ class RunFolder:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
+        label = f"run folder {self.path}"
         try:
             manifest = json.loads((self.path / "manifest.json").read_text(encoding="utf-8"))
-            if manifest["format"] != 1:
-                raise CannotJudge(f"{self.path} has format {manifest['format']}; this slipctl reads format 1")
             rows = pq.read_table(self.path / "metrics.parquet").to_pylist()
-            payload = _payload(manifest, rows)
-            machine, date = manifest["machine"], manifest["finished"][:10]
-        except KeyError as error:
-            raise CannotJudge(f"run folder {self.path} is damaged: {error} is missing") from None
-        except (OSError, ValueError, TypeError, pa.ArrowException) as error:
+        except (OSError, ValueError, RecursionError, pa.ArrowException) as error:
             first = (str(error).splitlines() or [type(error).__name__])[0]
-            raise CannotJudge(f"run folder {self.path} cannot be read: {first}") from None
+            raise CannotJudge(f"{label} cannot be read: {first}") from None
+        payload = payload_of(manifest, rows, label)
+        machine, date = manifest["machine"], manifest["finished"][:10]
         notes = self.notes
         if manifest.get("interrupted"):
             notes = (*notes, f"{self.path} was interrupted and does not hold every run")
@@ -124,7 +121,7 @@ class Revision:
         Raises
         ------
         CannotJudge
-            The revision does not have the scenario, or cannot run it.
+            The revision does not have the scenario, cannot run it, or gives what are no numbers.
         KeyboardInterrupt
             It was interrupted; the checkout is gone.
         """
@@ -173,9 +170,11 @@ class Revision:
         try:
             if answer.returncode:
                 raise ValueError
-            return json.loads(answer.stdout)
+            payload = json.loads(answer.stdout)
         except ValueError:
             raise self._cannot_run(file, _reason(answer.stderr)) from None
+        see_payload(payload, f"what {self.label} gave")
+        return payload
 
     def _cannot_run(self, file: Path, why: str) -> CannotJudge:
         # the temporary path is gone when somebody reads this
@@ -215,24 +214,6 @@ def find(source: str, name: str) -> RunFolder | Revision:
     if is_run:
         return RunFolder(folder, (f"{name} is a run folder and a git revision: the folder is taken",))
     return revision
-
-
-def _payload(manifest: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Put a run folder into the form of ``slipctl run --json``, with the metrics that it holds."""
-    swept = manifest["scenario_file"].get("sweep", {})
-    runs = [
-        {
-            "controller": row["controller"],
-            "varied": {key: row[key] for key in swept},
-            "seed": row["seed"],
-            "status": row["status"],
-            "metrics": {name: row[name] for name in UNITS if name in row},
-        }
-        for row in rows
-    ]
-    return {key: manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")} | {
-        "runs": runs
-    }
 
 
 def _revision(source: str, name: str) -> Revision:

@@ -1,10 +1,12 @@
 """What a scenario gave elsewhere: found by name, run as it stood, read back from a run folder."""
 
 import json
+import math
 import shutil
 import tempfile
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -74,37 +76,80 @@ def test_a_run_that_was_interrupted_says_so(run_folder):
     assert "was interrupted" in note
 
 
-def break_folder(folder, how):
-    manifest, metrics = folder / "manifest.json", folder / "metrics.parquet"
-    content = json.loads(manifest.read_text())
-    if how == "cut manifest":
-        manifest.write_text(manifest.read_text()[:100])
-    elif how == "a list":
-        manifest.write_text("[]")
-    elif how == "newer":
-        manifest.write_text(json.dumps(content | {"format": 9}))
-    elif how == "no model":
-        del content["model_id"]
-        manifest.write_text(json.dumps(content))
-    elif how == "cut metrics":
-        metrics.write_bytes(metrics.read_bytes()[:50])
-    elif how == "no status":
-        pq.write_table(pq.read_table(metrics).drop_columns(["status"]), metrics)
+def rewrite(folder, change):
+    """Change the manifest of a run folder."""
+    content = json.loads((folder / "manifest.json").read_text())
+    (folder / "manifest.json").write_text(json.dumps(change(content)))
 
 
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [
-        ("cut manifest", "cannot be read"),
-        ("a list", "cannot be read"),
-        ("newer", "format 9; this slipctl reads format 1"),
-        ("no model", "'model_id' is missing"),
-        ("cut metrics", "cannot be read"),
-        ("no status", "'status' is missing"),
-    ],
-)
-def test_a_damaged_run_folder_cannot_be_compared_with(run_folder, how, said):
-    break_folder(run_folder, how)
+def replace(folder, column, values):
+    """Put other values into a column of the metrics."""
+    table = pq.read_table(folder / "metrics.parquet")
+    place = table.schema.get_field_index(column)
+    changed = table.set_column(place, column, pa.array([values] * table.num_rows))
+    pq.write_table(changed, folder / "metrics.parquet")
+
+
+def without(folder, column):
+    pq.write_table(
+        pq.read_table(folder / "metrics.parquet").drop_columns([column]), folder / "metrics.parquet"
+    )
+
+
+def cut(folder, name, size):
+    (folder / name).write_bytes((folder / name).read_bytes()[:size])
+
+
+DAMAGE = {
+    "cut manifest": (lambda folder: cut(folder, "manifest.json", 100), "cannot be read"),
+    "cut metrics": (lambda folder: cut(folder, "metrics.parquet", 50), "cannot be read"),
+    "a list": (lambda folder: rewrite(folder, lambda _: []), "cannot be read"),
+    "newer": (
+        lambda folder: rewrite(folder, lambda content: content | {"format": 9}),
+        "format 9; this slipctl reads format 1",
+    ),
+    "no model": (
+        lambda folder: rewrite(folder, lambda c: {key: c[key] for key in c if key != "model_id"}),
+        "'model_id' is missing",
+    ),
+    "no status": (lambda folder: without(folder, "status"), "'status' is missing"),
+    "no swept key": (lambda folder: without(folder, "start.y_offset"), "'start.y_offset' is missing"),
+    "machine a list": (lambda folder: rewrite(folder, lambda c: c | {"machine": []}), "at machine"),
+    "no versions": (lambda folder: rewrite(folder, lambda c: c | {"versions": None}), "at versions"),
+    "scenario a list": (
+        lambda folder: rewrite(folder, lambda c: c | {"scenario_file": []}),
+        "at scenario_file",
+    ),
+    "sweep a list": (
+        lambda folder: rewrite(folder, lambda c: c | {"scenario_file": {"sweep": ["seed"]}}),
+        "at scenario_file.sweep",
+    ),
+    "finished a list": (lambda folder: rewrite(folder, lambda c: c | {"finished": []}), "at finished"),
+    "not a number": (
+        lambda folder: replace(folder, "rms_position_error", math.nan),
+        "runs.0.metrics.rms_position_error: Input should be a finite number",
+    ),
+    "infinity": (
+        lambda folder: replace(folder, "max_position_error", math.inf),
+        "runs.0.metrics.max_position_error: Input should be a finite number",
+    ),
+    "text": (
+        lambda folder: replace(folder, "rms_position_error", "0.01"),
+        "runs.0.metrics.rms_position_error: Input should be a valid number",
+    ),
+    "null": (
+        lambda folder: replace(folder, "rms_position_error", None),
+        "rms_position_error has no value though the run completed",
+    ),
+    "one seed": (lambda folder: replace(folder, "seed", 1), "the same run twice"),
+    "seeds in words": (lambda folder: replace(folder, "seed", "one"), "runs.0.seed"),
+}
+
+
+@pytest.mark.parametrize("how", DAMAGE)
+def test_a_damaged_run_folder_cannot_be_compared_with(run_folder, how):
+    damage, said = DAMAGE[how]
+    damage(run_folder)
     with pytest.raises(CannotJudge, match=said) as error:
         RunFolder(run_folder).reference()
     assert "\n" not in str(error.value)
