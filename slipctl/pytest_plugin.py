@@ -9,7 +9,7 @@ Loaded by pytest wherever slipctl is installed, so nothing heavy is imported bef
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,14 @@ NONE = "none"
 
 PROPERTY = "slipctl"
 """Name under which a test's report carries the lines of its checks, also from pytest-xdist's workers."""
+
+NEVER_CALLED = "asked for slipctl_check and never called it: nothing was checked"
+
+_CALLED = pytest.StashKey[bool]()
+"""Whether a test has called the fixture that it asked for."""
+
+_PASSED = pytest.StashKey[bool]()
+"""Whether a test itself passed."""
 
 _SCENARIOS = pytest.StashKey[dict[Path, str]]()
 """Which scenario a baseline was used for in this session, by the baseline's path."""
@@ -62,6 +70,13 @@ def pytest_configure(config: pytest.Config) -> None:
     reason = config.getoption(RECORD)
     if reason is not None and not reason.strip():
         raise pytest.UsageError(f"{RECORD} needs a reason: say why the numbers may change")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    """Note how a test ended, for the fixture that is taken down after it; the report is made by others."""
+    if call.when == "call":
+        item.stash[_PASSED] = call.excinfo is None
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -132,11 +147,13 @@ class SlipctlCheck:
         """
         __tracebackhide__ = True
         from slipctl.experiment.checked import OwnLawError
+        from slipctl.experiment.folder import OutputError
         from slipctl.experiment.own import check_labels
         from slipctl.regression import CannotJudge
         from slipctl.regression.own_law import check_law, read_claims, record_law
         from slipctl.scenario import ScenarioError
 
+        self.request.node.stash[_CALLED] = True
         label = label or _label(controller)
         reason = self.request.config.getoption(RECORD)
         try:
@@ -148,7 +165,7 @@ class SlipctlCheck:
                 report = check_law(chosen, label, controller, path, claims, threads, self._record())
             else:
                 report = record_law(chosen, label, controller, path, reason.strip(), claims, threads)
-        except (ScenarioError, CannotJudge) as error:
+        except (ScenarioError, CannotJudge, OutputError) as error:
             self._say(f"{_called(scenario)}, {label}: not judged")
             raise pytest.fail.Exception(str(error), pytrace=False) from None
         except OwnLawError as error:
@@ -198,7 +215,11 @@ class SlipctlCheck:
         """Say in the terminal summary what came of a check."""
         if report.recorded:
             reason = report.baseline.reason
-            self._say(f"{report.name}: recorded in {_short(report.path)}: {reason}", *report.change_lines())
+            self._say(
+                f"{report.name}: recorded in {_short(report.path)}: {reason}",
+                report.recorded_text(),
+                *report.change_lines(),
+            )
             return
         self._say(f"{report.name}: {report.count_text()}", *report.better_lines(), *report.notes)
         if report.better and report.passed:
@@ -223,16 +244,32 @@ class SlipctlCheck:
 
         out = self.request.config.invocation_params.dir / place
         try:
-            made = record_failing(scenario, report.findings, out, report.path, laws, threads)
+            made = record_failing(
+                scenario,
+                report.findings,
+                out,
+                report.path,
+                laws,
+                threads,
+                option=ARTEFACTS,
+                update=self._record(),
+            )
         except (OutputError, RecordingError, OSError) as error:
             return [f"no recordings: {error}"]
-        return [] if made is None else [f"look at what failed: {made.command}"]
+        return [] if made is None else [*made.notes, f"look at what failed: {made.command}"]
 
 
 @pytest.fixture
-def slipctl_check(request: pytest.FixtureRequest) -> SlipctlCheck:
-    """Check a law of one's own: ``slipctl_check("wet-slope", controller=MyLaw())``."""
-    return SlipctlCheck(request)
+def slipctl_check(request: pytest.FixtureRequest) -> Iterator[SlipctlCheck]:
+    """Check a law of one's own: ``slipctl_check("wet-slope", controller=MyLaw())``.
+
+    A test that passes without having called it fails: a gate that is not there would stay open unseen.
+    """
+    stash = request.node.stash
+    stash[_CALLED] = stash[_PASSED] = False  # some plugins run a test several times
+    yield SlipctlCheck(request)
+    if stash[_PASSED] and not stash[_CALLED]:
+        pytest.fail(NEVER_CALLED, pytrace=False)
 
 
 def _called(scenario: str | Path | Scenario) -> str:

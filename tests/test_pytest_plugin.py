@@ -17,6 +17,7 @@ import pytest
 import slipctl.regression.own_law
 import slipctl.view  # noqa: F401
 from slipctl.regression import read
+from tests.repository import Repository, needs_git
 
 pytest_plugins = "pytester"
 
@@ -110,7 +111,13 @@ def test_recording_writes_the_law_s_runs_only_and_says_so(recorded) -> None:
     assert baseline(recorded).with_name("line.my_law.tracks.parquet").exists()
     again = run(recorded, "--slipctl-record", "the second")
     again.assert_outcomes(passed=1)
-    again.stdout.fnmatch_lines(["*= slipctl =*", "line, my_law: recorded in *line.my_law.json: the second"])
+    again.stdout.fnmatch_lines(
+        [
+            "*= slipctl =*",
+            "line, my_law: recorded in *line.my_law.json: the second",
+            "  7 numbers of 1 run recorded",
+        ]
+    )
     assert read(baseline(recorded)).runs == found.runs
 
 
@@ -127,7 +134,7 @@ def test_a_worse_law_fails_and_the_metric_is_named(recorded) -> None:
     result.stdout.fnmatch_lines(
         [
             "line, my_law: * worse*",
-            "*compared with ????-??-??: the first*",
+            "*compared with the record of ????-??-??: the first*",
             "*rms position error* mm *worse",
             'if this is meant: pytest "test_law.py::test_my_law" --slipctl-record "reason"',
         ]
@@ -149,7 +156,18 @@ def test_what_failed_is_recorded_beside_the_baseline(recorded) -> None:
     recorded.path.joinpath("taken").write_text("", encoding="utf-8")
     result = run(recorded, "--slipctl-artefacts", "taken")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["line, my_law: * worse*", "no recordings: cannot write*taken*"])
+    result.stdout.fnmatch_lines(
+        ["line, my_law: * worse*", "no recordings: cannot write*taken*name another with --slipctl-artefacts"]
+    )
+    # without the tracks there is one recording, and it is said what makes them
+    baseline(recorded).with_name("line.my_law.tracks.parquet").unlink()
+    result = run(recorded, "--slipctl-artefacts", "alone")
+    result.stdout.fnmatch_lines(
+        [
+            '*tracks.parquet is not there: *made by pytest "test_law.py::test_my_law" --slipctl-record "*"',
+            "look at what failed: slipctl view *alone/line",
+        ]
+    )
 
 
 def test_a_better_law_passes_and_is_reported(recorded) -> None:
@@ -282,6 +300,95 @@ def test_a_damaged_baseline_is_no_pass(recorded, text) -> None:
     result = run(recorded)
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["baseline *line.my_law.json is *"])
+
+
+def test_a_test_that_asks_for_a_check_and_calls_none_fails(suite) -> None:
+    suite.makepyfile(
+        test_law="""
+        import pytest
+
+        def test_forgotten(slipctl_check):
+            pass
+
+        def test_skipped(slipctl_check):
+            pytest.skip("not here")
+
+        @pytest.mark.xfail
+        def test_failing(slipctl_check):
+            raise ValueError("no check before this")
+
+        def test_failed(slipctl_check):
+            raise ValueError("no check before this")
+        """
+    )
+    result = run(suite)
+    # it is the first that has an error, of its own; the others have said what they have to say
+    result.assert_outcomes(passed=1, errors=1, skipped=1, xfailed=1, failed=1)
+    said = [line for line in result.outlines if "asked for slipctl_check and never called it" in line]
+    assert "asked for slipctl_check and never called it: nothing was checked" in said
+    result.stdout.fnmatch_lines(["*ERROR at teardown of test_forgotten*"])
+    result.stdout.no_fnmatch_line("*ERROR at teardown of test_[!f]*")
+
+
+def test_a_check_that_fails_has_been_called(recorded) -> None:
+    weaken(recorded, -1.5)
+    run(recorded).assert_outcomes(failed=1)
+
+
+def test_a_baseline_that_cannot_be_written_is_one_line_before_anything_is_run(suite, monkeypatch) -> None:
+    monkeypatch.setattr("slipctl.experiment.run", lambda *_, **__: pytest.fail("ran"))
+    suite.path.joinpath("baselines").write_text("a file", encoding="utf-8")
+    result = run(suite, "--slipctl-record", "in vain")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["cannot write the baseline *line.my_law.json: *", "line.toml, my_law: not judged"]
+    )
+    assert "own_law.py" not in result.stdout.str()
+
+
+CHAOTIC = """
+from dataclasses import replace
+
+class Chaotic:
+    def __init__(self, robot):
+        self.law = my_law(robot)
+
+    def start(self, start):
+        return self.law.start(start), 0.02 * np.sin(1e11 * start.position)
+
+    def update(self, memory, reference, motion, tick):
+        inner, wrong = memory
+        motion = replace(motion, position=motion.position + wrong)
+        decision = self.law.update(inner, reference, motion, tick)
+        return replace(decision, memory=(decision.memory, wrong))
+"""
+"""A law that a nanometre at the start leads astray by centimetres."""
+
+
+def test_recording_says_how_many_numbers_are_chaotic(suite) -> None:
+    suite.path.joinpath("law.py").write_text(LAW + CHAOTIC, encoding="utf-8")
+    suite.makepyfile(test_law=TEST.replace("law.my_law", "law.Chaotic"))
+    result = run(suite, "--slipctl-record", "the first")
+    result.assert_outcomes(passed=1)
+    numbers = read(baseline(suite, "chaotic")).runs[0].metrics.values()
+    chaotic = sum(number.gate == "verdict" for number in numbers)
+    assert chaotic >= 3
+    result.stdout.fnmatch_lines(
+        [
+            "line, chaotic: recorded in *: the first",
+            f"  7 numbers of 1 run recorded, {chaotic} of them chaotic and not gated as numbers",
+        ]
+    )
+
+
+@needs_git
+def test_what_failed_names_the_commit_of_the_tests_repository(suite) -> None:
+    commit = Repository(suite.path).commit("a law")
+    run(suite, "--slipctl-record", "the first").assert_outcomes(passed=1)
+    assert read(baseline(suite)).commit == commit[:12]
+    weaken(suite, -1.5)
+    result = run(suite)
+    result.stdout.fnmatch_lines([f"*compared with commit {commit[:12]} of ????-??-??: the first"])
 
 
 def test_recording_needs_a_reason(suite) -> None:

@@ -43,7 +43,7 @@ def test_the_page_s_law_is_recorded_passes_and_fails_where_the_page_says_so(pyte
     pytester.path.joinpath(FILE).write_text(text, encoding="utf-8")
     failed = run(pytester)
     failed.assert_outcomes(failed=1)
-    # as printed, but for the day, the measured tolerances and the width of columns that follows from them
+    # as printed, but for commit and day, measured tolerances and the width of columns that follows from them
     said = {anew(line) for line in failed.outlines}
     table = PAGE[PAGE.index("```text\n") + len("```text\n") :]
     for line in table[: table.index("\n```")].splitlines():
@@ -51,7 +51,7 @@ def test_the_page_s_law_is_recorded_passes_and_fails_where_the_page_says_so(pyte
 
 
 def anew(line: str) -> str:
-    line = re.sub(r"\d{4}-\d\d-\d\d", "DAY", line)
+    line = re.sub(r"(commit \w{12} of|the record of) \d{4}-\d\d-\d\d", "SINCE", line)
     line = re.sub(r"[\d.e-]+ mm (worse)", r"TOLERANCE \1", line)
     return " ".join(line.split())
 

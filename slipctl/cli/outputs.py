@@ -51,6 +51,7 @@ def record_failing(
         return None
     from slipctl import regression
     from slipctl.experiment.folder import OutputError
+    from slipctl.report.judged import update_command
     from slipctl.view import RecordingError
 
     compared = (report.recorded or {}).get("against") is None
@@ -58,7 +59,12 @@ def record_failing(
     with interruptible(f"interrupted; {scenario.name} failed and was not recorded"):
         try:
             made = regression.record_failing(
-                scenario, report.findings, Path(artefacts), baseline, threads=threads
+                scenario,
+                report.findings,
+                Path(artefacts),
+                baseline,
+                threads=threads,
+                update=update_command(source),
             )
         except (OutputError, RecordingError, OSError) as error:
             print(f"{scenario.name}: no recordings: {error}", file=sys.stderr)

@@ -15,8 +15,10 @@ class OutputError(Exception):
 
 
 @contextmanager
-def unfinished(out: Path, name: str) -> Iterator[Path]:
+def unfinished(out: Path, name: str, option: str = "--out") -> Iterator[Path]:
     """Give a hidden folder inside `out` to write into; removed again unless `publish` moved it.
+
+    Messages name the `option` with which the user chose `out`.
 
     Raises
     ------
@@ -29,7 +31,7 @@ def unfinished(out: Path, name: str) -> Iterator[Path]:
         part.chmod(0o755)  # mkdtemp makes it private; results are for everyone who may see `out`
     except OSError as error:
         raise OutputError(
-            f"cannot write to the output folder {out}: {error.strerror or error}; name another with --out"
+            f"cannot write to the output folder {out}: {error.strerror or error}; name another with {option}"
         ) from error
     try:
         yield part

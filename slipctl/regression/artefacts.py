@@ -74,6 +74,9 @@ def record_failing(
     baseline: Path | None = None,
     laws: OwnLaws | None = None,
     threads: int | None = None,
+    *,
+    option: str = "--artefacts",
+    update: str | None = None,
 ) -> Artefacts | None:
     """Run the worlds that failed again and record them.
 
@@ -89,6 +92,10 @@ def record_failing(
     laws : mapping, optional
         Laws of one's own, as for `slipctl.experiment.run`.
     threads : int, optional
+    option : str
+        With which the user chose `out`, for messages.
+    update : str, optional
+        The command that records the baseline again, and with it the tracks.
 
     Returns
     -------
@@ -113,7 +120,7 @@ def record_failing(
     robot = assemble.read_robot(scenario)
     shapes = robot.shapes if scenario.plant.kind == "mujoco" else None
     notes: dict[str, None] = {}
-    with folder.unfinished(out, scenario.name) as part:
+    with folder.unfinished(out, scenario.name, option) as part:
         for index in chosen:
             world = grid[index]
             result = experiment.run(_only(scenario, world), record="none", threads=threads, laws=laws)
@@ -125,7 +132,7 @@ def record_failing(
             write_recording(part / f"{name}.rrd", result.signals, runs, info, shapes)
             about = [finding for finding in findings if finding.verdict.failed and _is_about(finding, world)]
             shown = _labels(about)
-            tracks, note = _tracks(baseline, index, scenario)
+            tracks, note = _tracks(baseline, index, scenario, update)
             both = [run for run in runs if run.label in tracks and (not shown or run.label in shown)]
             if both:
                 path = part / f"{name}-against-baseline.rrd"
@@ -159,7 +166,9 @@ def _only(scenario: Scenario, world: World) -> Scenario:
     return scenario.model_copy(update={"sweep": axes, "expect": ()})
 
 
-def _tracks(baseline: Path | None, world: int, scenario: Scenario) -> tuple[Mapping[str, pa.Table], str]:
+def _tracks(
+    baseline: Path | None, world: int, scenario: Scenario, update: str | None
+) -> tuple[Mapping[str, pa.Table], str]:
     """Read what the baseline keeps of a world, by controller; and say why there is nothing, if so."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -168,19 +177,23 @@ def _tracks(baseline: Path | None, world: int, scenario: Scenario) -> tuple[Mapp
     if baseline is None:
         return {}, "only the recordings of now: there are no tracks of what it was compared with"
     path = tracks_file(baseline)
-    again = f"{path} {{}}: only the recordings of now; slipctl check --update makes the tracks"
+
+    def said(what: str) -> str:
+        makes = "" if update is None else f"; the tracks are made by {update}"
+        return f"{path} {what}: only the recordings of now{makes}"
+
     try:
         table = pq.read_table(path, filters=[("world", "=", world)])
         kept = (table.schema.metadata or {}).get(b"scenario_id", b"").decode()
         if kept not in ("", scenario_id(scenario)):
-            return {}, again.format("is of another scenario")
+            return {}, said("is of another scenario")
         labels = dict.fromkeys(table["controller"].to_pylist())
         found = {label: table.filter(pc.field("controller") == label) for label in labels}
     except FileNotFoundError:
-        return {}, again.format("is not there")
+        return {}, said("is not there")
     except (OSError, pa.ArrowException, KeyError, UnicodeDecodeError) as error:
-        return {}, again.format(f"cannot be read ({' '.join(str(error).split())})")
-    return found, "" if found else again.format("does not hold the run")
+        return {}, said(f"cannot be read ({' '.join(str(error).split())})")
+    return found, "" if found else said("does not hold the run")
 
 
 def _page(world: World, findings: Iterable[Finding]) -> str:

@@ -14,6 +14,7 @@ from slipctl.metrics import UNITS
 from slipctl.regression.baseline import Baseline
 from slipctl.regression.judge import Finding, Verdict
 from slipctl.report.amounts import change_text
+from slipctl.report.changes import count_text as recorded_text
 from slipctl.report.findings import count_text, lines, sentence
 from slipctl.report.judged import since_text
 
@@ -92,6 +93,10 @@ class OwnLawReport:
     def better_lines(self) -> list[str]:
         """Say what is better than recorded."""
         return [sentence(finding.json()) for finding in self.better]
+
+    def recorded_text(self) -> str:
+        """Say how many numbers were recorded, and how many of them are chaotic."""
+        return recorded_text([run.model_dump() for run in self.baseline.runs], self.changes or ())
 
     def change_lines(self) -> list[str]:
         """Say old and new of every value that recording changed."""

@@ -203,6 +203,15 @@ def test_a_recording_that_cannot_be_written_does_not_change_the_verdict(ice, fou
     assert "ice: no recordings: cannot write to the output folder" in capsys.readouterr().err
 
 
+def test_a_folder_that_cannot_be_is_said_with_the_option_that_names_another(ice, found, tmp_path, capsys):
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    found.append(WORSE)
+    assert main(["check", ice, "--quiet", "--artefacts", "taken"]) == 1
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "no recordings" in line]
+    assert line.startswith("ice: no recordings: cannot write to the output folder taken: ")
+    assert line.endswith("; name another with --artefacts")
+
+
 def test_an_interrupted_recording_is_an_interruption(ice, found, monkeypatch, capsys):
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

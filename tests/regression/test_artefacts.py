@@ -196,11 +196,12 @@ def no_rows(path: Path) -> None:
 def test_without_tracks_there_is_the_normal_recording_and_one_line(line, tmp_path, damage, said):
     path = baseline_file(str(line), load(line))
     damage(tracks_file(path))
-    made = record_failing(load(line), [WORSE, about(0.01)], tmp_path / "out", path)
+    made = record_failing(load(line), [WORSE, about(0.01)], tmp_path / "out", path, update="this command")
     assert made is not None
     assert sorted(entry.name for entry in made.folder.iterdir()) == ["x_offset-0_0.rrd", "x_offset-0_01.rrd"]
     (note,) = made.notes
     assert said in note
+    assert note.endswith("only the recordings of now; the tracks are made by this command")
     assert "\n" not in note
 
 
