@@ -65,6 +65,13 @@ def test_of_the_guarantee_more_is_better(value, expected):
     assert verdict(0.95, value, 0.04, "guarantee_fraction") is expected
 
 
+@pytest.mark.parametrize("metric", [ERROR, "guarantee_fraction"])
+@pytest.mark.parametrize("value", [-0.25, 0.25])
+def test_a_number_just_at_its_tolerance_is_the_same(metric, value):
+    assert verdict(0.0, value, 0.25, metric) is Verdict.SAME
+    assert verdict(0.0, math.nextafter(value, 2.0 * value), 0.25, metric) is not Verdict.SAME
+
+
 FINITE = st.floats(min_value=-1e6, max_value=1e6)
 SIZE = st.floats(min_value=0.0, max_value=1e3)
 MIRRORED = {Verdict.WORSE: Verdict.BETTER, Verdict.BETTER: Verdict.WORSE, Verdict.SAME: Verdict.SAME}

@@ -50,6 +50,12 @@ def test_which_way_is_worse_and_from_where_on(metric, shift, verdict):
     assert paired_differences(pairs)[0].verdict is verdict
 
 
+@pytest.mark.parametrize("shift", [-0.25, 0.25])
+def test_a_mean_just_at_its_tolerance_is_the_same(shift):
+    pairs = [number(value, value + shift, 0.25) for value in (1.0, 2.0)]
+    assert paired_differences(pairs)[0].verdict is Verdict.SAME
+
+
 def test_worse_in_one_world_and_better_in_another_is_no_mean_verdict():
     (mean,) = paired_differences([number(0.01, 0.02), number(0.02, 0.01)])
     assert mean.verdict is Verdict.SAME
