@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -11,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from slipctl.regression.gated import GATED, LARGER_IS_BETTER, allowances, is_chaotic
+from slipctl.report.judged import update_command
 
 FORMAT = 2
 """Version of the file. Format 1 held three metrics and guessed tolerances."""
@@ -209,14 +211,20 @@ def read(path: Path, source: str | None = None, command: str | None = None) -> B
         tolerances are not those that follow from what was measured.
     """
     name = source or path.stem
-    once = command or f"slipctl check {name} --record"
-    again = "record it again: " + (command or f"slipctl check {name} --update --reason '…'")
+    once = command or f"slipctl check {shlex.quote(name)} --record"
+    again = f"record it again: {command or update_command(name)}"
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise CannotJudge(f"no baseline {path}; record one: {once}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise CannotJudge(f"baseline {path} cannot be read: {error}") from None
+    except UnicodeDecodeError:
+        raise CannotJudge(f"baseline {path} is damaged: it is not UTF-8 text; {again}") from None
+    except OSError as error:
+        if path.is_dir():
+            said = f"a folder is in place of the baseline {path}; move it away and record one: {once}"
+            raise CannotJudge(said) from None
+        why = error.strerror or error
+        raise CannotJudge(f"baseline {path} cannot be read: {why}; let it be read, or {again}") from None
     found = _format(text)
     if isinstance(found, int) and found > FORMAT:
         raise CannotJudge(

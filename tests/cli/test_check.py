@@ -217,6 +217,8 @@ def test_a_baseline_is_replaced_only_with_a_reason(bench, capsys, arguments, sai
     err = capsys.readouterr().err
     assert said in err
     assert len(err.splitlines()) == 1
+    if "say why" in said:
+        assert named(err, "--update") == ice
     assert bench.baseline("ice").read_bytes() == before
     assert bench.asked == []
 
@@ -310,9 +312,53 @@ def test_an_interrupted_check_is_exit_130_and_leaves_the_baseline(bench, monkeyp
     stopped = FakeResult(bench.content("ice"), interrupted=True)
     monkeypatch.setattr("slipctl.experiment.run", lambda *_, **__: stopped)
     assert main(["check", ice, "--json"]) == 130
+    capsys.readouterr()
     assert main(["check", ice, "--update", "--reason", "x"]) == 130
-    assert capsys.readouterr().out == ""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err == f"interrupted; {ice} was not recorded; the old baseline stands\n"
     assert bench.baseline("ice").read_bytes() == before
+    bench.baseline("ice").unlink()
+    assert main(["check", ice, "--record"]) == 130
+    assert capsys.readouterr().err == f"interrupted; {ice} was not recorded\n"
+
+
+def named(line, what):
+    """Read the command in a message as a shell does, up to what is left open in it."""
+    words = shlex.split(line[line.index("slipctl check ") :])
+    assert words[:2] == ["slipctl", "check"]
+    assert words[3] == what
+    return words[2]
+
+
+@pytest.mark.parametrize(
+    ("how", "said", "option"),
+    [
+        ("missing", "no baseline", "--record"),
+        ("folder", "a folder is in place of the baseline", "--record"),
+        ("not text", "is damaged: it is not UTF-8 text", "--update"),
+        ("cut off", "is damaged at", "--update"),
+        ("another scenario", "is another scenario", "--update"),
+    ],
+)
+def test_what_cannot_be_judged_says_what_to_do_for_this_scenario(bench, capsys, how, said, option):
+    bench.folder = bench.folder / "my floors"
+    bench.folder.mkdir()
+    ice = bench.add("ice", run_entry("a"), recorded=how != "missing")
+    path = bench.baseline("ice")
+    if how == "folder":
+        path.unlink()
+        path.mkdir()
+    elif how == "not text":
+        path.write_bytes(b"\xff\xfe\x00")
+    elif how == "cut off":
+        path.write_bytes(path.read_bytes()[:50])
+    elif how == "another scenario":
+        write(read(path).model_copy(update={"scenario_id": "sha256:other"}), path)
+    assert main(["check", ice, "--quiet"]) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert named(line, option) == ice
 
 
 def test_update_replaces_a_damaged_baseline_and_says_so(bench, capsys):

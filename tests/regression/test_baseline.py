@@ -108,7 +108,7 @@ def test_a_damaged_baseline_is_named_in_one_line(baseline, tmp_path, spoil, said
 
 def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
     (tmp_path / "x.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(CannotJudge, match="cannot be read"):
+    with pytest.raises(CannotJudge, match="it is not UTF-8 text; record it again: "):
         read(tmp_path / "x.json")
 
 
