@@ -65,6 +65,19 @@ def test_of_the_guarantee_more_is_better(value, expected):
     assert verdict(0.95, value, 0.04, "guarantee_fraction") is expected
 
 
+def test_a_finding_holds_both_numbers_and_each_metric_its_own_way():
+    """All errors half as large, and the guarantee half as long: only that is worse."""
+    before, after = run_entry("a", rms=0.02), run_entry("a", rms=0.01)
+    after["metrics"] = {name: value / 2.0 for name, value in before["metrics"].items()}
+    status, *numbers = judge(baseline_of(payload([before])), payload([after]))
+    assert (status.baseline, status.current, status.tolerance) == ("completed", "completed", None)
+    for finding in numbers:
+        worse = finding.metric == "guarantee_fraction"
+        assert finding.verdict is (Verdict.WORSE if worse else Verdict.BETTER)
+        assert finding.baseline == before["metrics"][finding.metric]
+        assert finding.current == after["metrics"][finding.metric]
+
+
 @pytest.mark.parametrize("metric", [ERROR, "guarantee_fraction"])
 @pytest.mark.parametrize("value", [-0.25, 0.25])
 def test_a_number_just_at_its_tolerance_is_the_same(metric, value):
