@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
 from slipctl.experiment.own import OwnLaws, lineup
-from slipctl.guarantee import verdict, with_guarantee
-from slipctl.metrics import measure
-from slipctl.recording import Recorder, signal_table, with_errors
-from slipctl.simulate import simulate
+from slipctl.experiment.plan import sampled_rows
+from slipctl.guarantee import METRIC_UNITS, verdict, with_guarantee
+from slipctl.metrics import UNITS, measure
+from slipctl.recording import Columns, Recorder, signal_table, with_errors
+from slipctl.simulate import Ending, simulate
 from slipctl.tick import Status
 
 if TYPE_CHECKING:
@@ -38,12 +39,15 @@ class Run:
     label, kind : str
         Of the controller.
     status : str
-    end_time : float
-        Time of the last row that counts [s].
+    end_time : float or None
+        Time of the last row that counts [s]; None where the simulation raised.
     metrics : dict
     guarantee : dict
         As of `slipctl.guarantee.verdict`.
-    signals : pyarrow.Table
+    signals : pyarrow.Table or None
+        None where none are kept.
+    failure : str or None
+        What the simulation raised.
     """
 
     index: int
@@ -51,24 +55,39 @@ class Run:
     label: str
     kind: str
     status: str
-    end_time: float
+    end_time: float | None
     metrics: dict[str, float | None]
     guarantee: dict[str, float | str | None]
-    signals: pa.Table
+    signals: pa.Table | None = None
+    failure: str | None = None
 
 
-def batches(worlds: Sequence[assemble.World], largest: int) -> Iterator[list[int]]:
-    """Yield indices of worlds that share a batch: consecutive, alike, at most `largest` of them."""
-    batch: list[int] = []
-    key: tuple = ()
-    for index, world in enumerate(worlds):
-        if batch and (assemble.batch_key(world) != key or len(batch) == largest):
-            yield batch
-            batch = []
-        key = assemble.batch_key(world)
-        batch.append(index)
-    if batch:
-        yield batch
+FAILED = "failed"
+"""Status of a run whose simulation raised, or ended its process."""
+
+
+def failed_run(index: int, world: int, entrant: tuple[str, str], failure: str) -> Run:
+    """Return what is said of a run that could not be simulated.
+
+    Parameters
+    ----------
+    index, world : int
+        As of `Run`.
+    entrant : (str, str)
+        Label and kind of the controller.
+    failure : str
+        What happened, one line.
+    """
+    guarantee = dict.fromkeys(("first_violation", *METRIC_UNITS))
+    return Run(index, world, *entrant, FAILED, None, dict.fromkeys(UNITS), guarantee, None, failure)
+
+
+def batches(worlds: Sequence[assemble.World], indices: Sequence[int]) -> list[list[int]]:
+    """Return which of the worlds `indices` share a batch: those that are alike, in order."""
+    alike: dict[tuple, list[int]] = {}
+    for index in indices:
+        alike.setdefault(assemble.batch_key(worlds[index]), []).append(index)
+    return list(alike.values())
 
 
 def run_batch(
@@ -78,11 +97,34 @@ def run_batch(
     threads: int,
     progress: Callable[[int], None],
     laws: OwnLaws | None = None,
+    *,
+    signals: str = "all",
+    positions: Sequence[int] | None = None,
 ) -> Iterator[list[Run]]:
     """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
 
-    `progress` is told the number of world-ticks done in this batch. The own `laws` come after the listed
-    controllers.
+    Parameters
+    ----------
+    worlds : sequence of World
+        All worlds of the scenario.
+    indices : sequence of int
+        Those of the batch: alike, see `batches`.
+    robot : RobotModel
+    threads : int
+        For MuJoCo.
+    progress : callable
+        Told the number of world-ticks done in this batch.
+    laws : mapping, optional
+        Own laws, which come after the listed controllers.
+    signals : str
+        ``all``, ``sampled`` or ``none``: which rows the runs keep.
+    positions : sequence of int, optional
+        Places of the controllers to run; all of them where it is None.
+
+    Yields
+    ------
+    list of Run
+        One per world, in the order of `indices`.
     """
     members = [worlds[index] for index in indices]
     first = members[0].scenario
@@ -92,7 +134,10 @@ def run_batch(
     start = assemble.start(members, planned)
     plant = assemble.plant(members, robot, threads)
     rows = len(planned.position)
-    for position, entrant in enumerate(lineup(members, robot, laws)):
+    chosen = range(runs_of_world) if positions is None else positions
+    for place, (position, entrant) in enumerate(
+        zip(chosen, lineup(members, robot, laws, chosen), strict=True)
+    ):
         law, known = entrant.law, entrant.known
         sensor = (
             None
@@ -100,7 +145,7 @@ def run_batch(
             else assemble.sensor(members, known, rows, assemble.radius_ratio(known, robot.geometry))
         )
         recorder = Recorder(rows, len(members))
-        done_before = position * (rows - 1) * len(members)
+        done_before = place * (rows - 1) * len(members)
         ending = simulate(
             plant,
             law.controller,
@@ -126,8 +171,18 @@ def run_batch(
                     end_time=last * tick,
                     metrics=measure(columns, row, last),
                     guarantee=verdict(columns, law.hypotheses, row, last, tick),
-                    signals=signal_table(run, row, columns, ending, tick),
+                    signals=_kept(signals, run, row, columns, ending, tick),
                 )
             )
         progress(done_before + (rows - 1) * len(members))
         yield runs
+
+
+def _kept(signals: str, run: int, row: int, columns: Columns, ending: Ending, tick: float) -> pa.Table | None:
+    if signals == "none":
+        return None
+    table = signal_table(run, row, columns, ending, tick)
+    if signals == "all":
+        return table
+    ticks = columns["error.position"].shape[1] - 1
+    return table.take(sampled_rows(ticks, int(ending.last_row[row])))
