@@ -13,8 +13,8 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
-from slipctl.scenario.expect import Below, BelowBound, Better, Claim, Guarantee, StatusIs
 from slipctl.scenario.expand import Grid, World, given, reread, worlds
+from slipctl.scenario.expect import Below, BelowBound, Better, Claim, Guarantee, StatusIs
 from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
