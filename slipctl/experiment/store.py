@@ -23,12 +23,14 @@ from slipctl.experiment.folder import OutputError, publish
 from slipctl.experiment.lock import NAME as LOCK
 from slipctl.experiment.lock import FolderLock
 from slipctl.experiment.plan import Chunk, canonical_json
+from slipctl.experiment.result import MANIFEST
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 PLAN = "plan.json"
 CHUNKS = "chunks"
+UNFINISHED = ".unfinished"
 FORMAT = 1
 
 
@@ -103,11 +105,14 @@ class Store(ChunkFiles):
     folder : pathlib.Path
     plan : dict
         The content of its `PLAN`.
+    published : pathlib.Path or None
+        The run folder that it has become.
     """
 
     def __init__(self, folder: Path, lock: FolderLock, plan: dict[str, Any]) -> None:
         super().__init__(folder, plan["scenario_id"])
         self.plan = plan
+        self.published: Path | None = None
         self._lock = lock
 
     @classmethod
@@ -147,9 +152,10 @@ class Store(ChunkFiles):
             Where it is none, is finished, or another process is at work on it.
         """
         path = folder / PLAN
+        if (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name:
+            _tidy(folder)  # the process may have died between its last two steps
+            raise ResumeError(f"{folder} is finished: there is nothing to go on with")
         if not path.is_file():
-            if (folder / "manifest.json").is_file():
-                raise ResumeError(f"{folder} is finished: there is nothing to go on with")
             raise ResumeError(f"{folder} is no unfinished sweep: it has no {PLAN}{_there_are(folder)}")
         lock = FolderLock(folder)
         try:
@@ -187,13 +193,12 @@ class Store(ChunkFiles):
         """Rename the folder to `out`/`name`, or -2, -3 …, and remove what was needed to go on only."""
         if os.name == "nt":  # a folder with an open file in it cannot be renamed there
             self._lock.release()
-        target = publish(self.folder, out, name)
+        self.published = publish(self.folder, out, name)
         durable.sync_folder(out)
-        (target / PLAN).unlink()
-        shutil.rmtree(target / CHUNKS, ignore_errors=True)
+        _tidy(self.published)
         self._lock.release()
-        (target / LOCK).unlink(missing_ok=True)
-        return target
+        (self.published / LOCK).unlink(missing_ok=True)
+        return self.published
 
     def close(self) -> None:
         """Let another process go on with it."""
@@ -220,10 +225,16 @@ def resume_command(folder: Path) -> str:
     return f"slipctl sweep --resume {shlex.quote(str(folder))}"
 
 
+def _tidy(finished: Path) -> None:
+    """Remove from a run folder what was needed to go on only."""
+    (finished / PLAN).unlink(missing_ok=True)
+    shutil.rmtree(finished / CHUNKS, ignore_errors=True)
+
+
 def _new_folder(out: Path, name: str) -> Path:
     number = 1
     while True:
-        folder = out / (f"{name}.unfinished" if number == 1 else f"{name}.unfinished-{number}")
+        folder = out / (f"{name}{UNFINISHED}" if number == 1 else f"{name}{UNFINISHED}-{number}")
         try:
             folder.mkdir()
         except FileExistsError:
