@@ -65,9 +65,9 @@ def test_sampled_signals_are_rows_of_all_signals(tmp_path):
     rows = sampled_rows(203, 203)
     assert len(rows) <= SAMPLES + 1
     assert sampled.num_rows == 2 * WORLDS * len(rows)
-    for run in range(2 * WORLDS):
-        own = everything.slice(run * 204, 204).take(rows)
-        assert sampled.slice(run * len(rows), len(rows)).equals(own)
+    for number in range(2 * WORLDS):
+        own = everything.slice(number * 204, 204).take(rows)
+        assert sampled.slice(number * len(rows), len(rows)).equals(own)
 
 
 def test_sampled_rows_are_evenly_spaced_and_end_with_the_last_that_counts():
@@ -153,9 +153,9 @@ def test_recordings_do_not_depend_on_the_signals_that_are_kept(tables, tmp_path,
         assert not list(folder.glob("replayed*"))
     (everything, recordings), *others = seen
     assert len(recordings) == 3
-    runs = [run.run for recording in recordings for run in recording.runs]
+    runs = [told.run for recording in recordings for told in recording.runs]
     assert len(runs) == 6
-    expected = everything.filter([run in runs for run in everything["run"].to_pylist()])
+    expected = everything.filter([number in runs for number in everything["run"].to_pylist()])
     for rows, again in others:
         assert rows.equals(expected)
         assert again == recordings
