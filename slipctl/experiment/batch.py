@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
-from slipctl.guarantee import verdict, with_guarantee
-from slipctl.metrics import measure
-from slipctl.recording import Recorder, signal_table, with_errors
+from slipctl.guarantee import verdicts, with_guarantee
+from slipctl.metrics import measure_worlds
+from slipctl.recording import Recorder, signal_tables, with_errors
 from slipctl.simulate import simulate
 from slipctl.tick import Status
 
@@ -22,6 +22,9 @@ STATUS_NAMES = {
     Status.TIPPED: "tipped",
     Status.LEFT_THE_ARENA: "left_the_arena",
 }
+
+ELEMENTS_AT_ONCE = 16384
+"""Rows times worlds that are judged and measured at once."""
 
 
 @dataclass(frozen=True)
@@ -108,23 +111,43 @@ def run_batch(
             lambda k, before=done_before: progress(before + k * len(members)),
             sensor,
         )
-        columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
-        runs = []
-        for row, index in enumerate(indices):
-            run = index * len(controllers) + position
-            last = int(ending.last_row[row])
-            runs.append(
+        recorded, statuses = recorder.columns(), ending.status.tolist()
+        last_rows = ending.last_row.tolist()
+        runs: list[Run] = []
+        for block in _blocks(len(members), rows):
+            theorem = None if law.hypotheses is None else law.hypotheses.of(block)
+            columns = {name: values[block] for name, values in recorded.items()}
+            columns = with_guarantee(with_errors(columns), theorem, tick)
+            numbers = [index * len(controllers) + position for index in indices[block]]
+            runs += [
                 Run(
-                    index=run,
+                    index=number,
                     world=index,
                     label=config.label,
                     kind=config.kind,
-                    status=STATUS_NAMES[Status(int(ending.status[row]))],
+                    status=STATUS_NAMES[Status(status)],
                     end_time=last * tick,
-                    metrics=measure(columns, row, last),
-                    guarantee=verdict(columns, law.hypotheses, row, last, tick),
-                    signals=signal_table(run, row, columns, ending, tick),
+                    metrics=metrics,
+                    guarantee=guarantee,
+                    signals=signals,
                 )
-            )
+                for number, index, status, last, metrics, guarantee, signals in zip(
+                    numbers,
+                    indices[block],
+                    statuses[block],
+                    last_rows[block],
+                    measure_worlds(columns, last_rows[block]),
+                    verdicts(columns, theorem, last_rows[block], tick),
+                    signal_tables(numbers, columns, last_rows[block], tick),
+                    strict=True,
+                )
+            ]
         progress(done_before + (rows - 1) * len(members))
         yield runs
+
+
+def _blocks(worlds: int, rows: int) -> Iterator[slice]:
+    """Yield slices of worlds whose columns fit in a processor's cache, so that sums are made there."""
+    step = max(1, ELEMENTS_AT_ONCE // rows)
+    for first in range(0, worlds, step):
+        yield slice(first, min(first + step, worlds))

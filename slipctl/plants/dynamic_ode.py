@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.pairs import pair
 from slipctl.plants.ending import judged
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.slip import SlipLaw
@@ -98,14 +99,14 @@ class DynamicOde:
         )
         return Motion(
             position=state.position,
-            velocity=np.stack(_turned(state.body_speed, -slip.lateral, c, s), axis=-1),
-            heading_vector=np.stack([c, s], axis=-1),
+            velocity=pair(*_turned(state.body_speed, -slip.lateral, c, s)),
+            heading_vector=pair(c, s),
             heading_rate=state.heading_rate,
             wheel_rate=rates,
             wheel_angle=state.wheel_angle,
             forward_speed=speed,
             yaw_rate=turn,
-            acceleration=np.stack(_turned(along, across, c, s), axis=-1),
+            acceleration=pair(*_turned(along, across, c, s)),
         )
 
     def _lateral_rate(self, state: DynamicState, push: Array, speed: Array, slip: Slip) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.pairs import pair
 from slipctl.plants.model import WHEELS
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, BodyPose, Motion, WheelContact
@@ -195,7 +196,7 @@ class Columns:
 def unit(x: Array, y: Array) -> Array:
     """Return the vectors (x, y), (N,) each, as (N, 2) of length one; zero stays zero."""
     length = np.sqrt(x * x + y * y)
-    return np.stack([x, y], axis=-1) / np.where(length > 0.0, length, 1.0)[:, None]
+    return pair(x, y) / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 def ahead(motion: Motion, time: float) -> tuple[Array, Array]:
