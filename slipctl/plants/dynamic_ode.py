@@ -154,11 +154,11 @@ class DynamicOde:
         new = np.where(moves, new, y)
         return DynamicState(
             time=state.time + tick,
-            position=np.ascontiguousarray(new[:2].T),
+            position=new[:2].T,
             heading=new[2],
             body_speed=new[3],
             heading_rate=new[4],
-            wheel_angle=np.ascontiguousarray(new[5:].T),
+            wheel_angle=new[5:].T,
             wheel_torque=np.where(moves[:, None], last, state.wheel_torque),
             status=status,
         )

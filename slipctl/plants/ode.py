@@ -67,11 +67,11 @@ class KinematicOde:
         """Return the planned state; slip acts from the first instant."""
         return OdeState(
             time=0.0,
-            position=start.position.copy(),
+            position=np.array(start.position, order="F"),
             heading=start.heading.copy(),
             forward_speed=start.forward_speed.copy(),
             yaw_rate=start.yaw_rate.copy(),
-            wheel_angle=np.zeros_like(start.position),
+            wheel_angle=np.zeros(start.position.shape, order="F"),
             status=np.zeros(len(start.heading), dtype=np.int8),
         )
 
