@@ -20,7 +20,7 @@ import numpy as np
 from slipctl import scenario as files
 from slipctl.experiment import assemble
 from slipctl.experiment.batch import run_batch
-from slipctl.experiment.runner import machine, versions
+from slipctl.experiment.machine import machine, versions
 from slipctl.recording import Recorder
 from slipctl.simulate import simulate
 

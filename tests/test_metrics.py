@@ -56,6 +56,14 @@ def test_command_variation_is_the_total_variation_of_the_yaw_rate_command():
     assert measure(by_hand(decision__yaw_rate=zigzag), 1, ROWS - 1)["command_variation"] == 25.0
 
 
+def test_command_variation_of_a_torque_law_is_that_of_the_right_wheel():
+    columns = by_hand()
+    del columns["decision.yaw_rate"]
+    climbing = np.stack([np.zeros(ROWS), np.linspace(0.0, 3.0, ROWS)])
+    columns |= {"wheel.torque_command.left": -7.0 * climbing, "wheel.torque_command.right": climbing}
+    assert measure(columns, 1, ROWS - 1)["command_variation"] == pytest.approx(3.0, rel=1e-12)
+
+
 def test_robust_input_is_the_rms_of_its_norm():
     metrics = measure(
         by_hand(decision__robust_input__x=np.full(ROWS, 3.0), decision__robust_input__y=np.full(ROWS, -4.0)),
@@ -86,6 +94,8 @@ def test_guarantee_counts_ticks_not_rows_and_is_null_without_a_theorem():
     held[1, -1] = True  # the last row has no tick
     assert measure(columns | {"guarantee.held": held}, 1, ROWS - 1)["guarantee_fraction"] == 0.30
     assert measure(columns | {"guarantee.held": held}, 1, 20)["guarantee_fraction"] == 1.0
+    assert measure(columns | {"guarantee.held": held}, 1, 1)["guarantee_fraction"] == 1.0
+    assert measure(columns | {"guarantee.held": held}, 1, 0)["guarantee_fraction"] is None
 
 
 def test_values_that_are_not_finite_are_null_and_every_metric_is_there():

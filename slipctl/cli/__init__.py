@@ -24,9 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
-    from slipctl.cli.app import app
-
     try:
+        from slipctl.cli.app import app
+
         app(args=None if arguments is None else list(arguments), prog_name="slipctl")
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):

@@ -27,21 +27,41 @@ def explain(error: Exception) -> Exit:
     What the user can put right is a message. Anything else is a defect of slipctl: it is shown with its
     traceback and ends as "could not be judged", because 1 would tell a CI job that a gate had failed.
     """
-    from slipctl.experiment.folder import OutputError
-    from slipctl.experiment.record import RecordChoiceError
-    from slipctl.plants.errors import ModelError
-    from slipctl.scenario import ScenarioError
-    from slipctl.view import RecordingError, ViewerError
+    try:
+        from slipctl.experiment.errors import ClusterError, ResumeError, StorageError, WorkerError
+        from slipctl.experiment.folder import OutputError
+        from slipctl.experiment.plan import SignalsChoiceError
+        from slipctl.experiment.record import RecordChoiceError
+        from slipctl.plants.errors import ModelError
+        from slipctl.scenario import ScenarioError
+        from slipctl.view import RecordingError, ViewerError
+    except Exception:  # slipctl itself is broken, which is what ended the command in the first place
+        return _defect(error)
 
-    if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError | ModelError):
+    choices = RecordChoiceError | SignalsChoiceError
+    if isinstance(
+        error, BadInput | ScenarioError | OutputError | choices | ModelError | ResumeError | ClusterError
+    ):
         print(error, file=sys.stderr)
         return Exit.BAD_INPUT
-    if isinstance(error, RecordingError | ViewerError):
-        print(error, file=sys.stderr)
+    if isinstance(error, RecordingError | ViewerError | StorageError | WorkerError):
+        _say(error)
         return Exit.NOT_JUDGED
     if isinstance(error, OSError):
         print(f"could not go on: {error}", file=sys.stderr)
         return Exit.NOT_JUDGED
+    return _defect(error)
+
+
+def _say(error: Exception) -> None:
+    """Say what happened, and what was added on how to go on, which the message may say already."""
+    print(error, file=sys.stderr)
+    for note in getattr(error, "__notes__", ()):
+        if note.startswith("what is finished") and "go on: " not in str(error):
+            print(note, file=sys.stderr)
+
+
+def _defect(error: Exception) -> Exit:
     traceback.print_exception(error)
     print("this is a defect of slipctl, not of your input", file=sys.stderr)
     return Exit.NOT_JUDGED

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
-from slipctl.guarantee import verdicts, with_guarantee
-from slipctl.metrics import measure_worlds
-from slipctl.recording import Recorder, signal_tables, with_errors
+from slipctl.experiment.own import OwnLaws, lineup
+from slipctl.experiment.plan import sampled_rows
+from slipctl.guarantee import METRIC_UNITS, verdicts, with_guarantee
+from slipctl.metrics import UNITS, measure_worlds
+from slipctl.recording import Columns, Recorder, signal_tables, with_errors
 from slipctl.simulate import simulate
 from slipctl.tick import Status
 
@@ -40,12 +42,15 @@ class Run:
     label, kind : str
         Of the controller.
     status : str
-    end_time : float
-        Time of the last row that counts [s].
+    end_time : float or None
+        Time of the last row that counts [s]; None where the simulation raised.
     metrics : dict
     guarantee : dict
         As of `slipctl.guarantee.verdict`.
-    signals : pyarrow.Table
+    signals : pyarrow.Table or None
+        None where none are kept.
+    failure : str or None
+        What the simulation raised.
     """
 
     index: int
@@ -53,24 +58,39 @@ class Run:
     label: str
     kind: str
     status: str
-    end_time: float
+    end_time: float | None
     metrics: dict[str, float | None]
     guarantee: dict[str, float | str | None]
-    signals: pa.Table
+    signals: pa.Table | None = None
+    failure: str | None = None
 
 
-def batches(worlds: Sequence[assemble.World], largest: int) -> Iterator[list[int]]:
-    """Yield indices of worlds that share a batch: consecutive, alike, at most `largest` of them."""
-    batch: list[int] = []
-    key: tuple = ()
-    for index, world in enumerate(worlds):
-        if batch and (assemble.batch_key(world) != key or len(batch) == largest):
-            yield batch
-            batch = []
-        key = assemble.batch_key(world)
-        batch.append(index)
-    if batch:
-        yield batch
+FAILED = "failed"
+"""Status of a run whose simulation raised, or ended its process."""
+
+
+def failed_run(index: int, world: int, entrant: tuple[str, str], failure: str) -> Run:
+    """Return what is said of a run that could not be simulated.
+
+    Parameters
+    ----------
+    index, world : int
+        As of `Run`.
+    entrant : (str, str)
+        Label and kind of the controller.
+    failure : str
+        What happened, one line.
+    """
+    guarantee = dict.fromkeys(("first_violation", *METRIC_UNITS))
+    return Run(index, world, *entrant, FAILED, None, dict.fromkeys(UNITS), guarantee, None, failure)
+
+
+def batches(worlds: Sequence[assemble.World], indices: Sequence[int]) -> list[list[int]]:
+    """Return which of the worlds `indices` share a batch: those that are alike, in order."""
+    alike: dict[tuple, list[int]] = {}
+    for index in indices:
+        alike.setdefault(assemble.batch_key(worlds[index]), []).append(index)
+    return list(alike.values())
 
 
 def run_batch(
@@ -79,28 +99,56 @@ def run_batch(
     robot: assemble.RobotModel,
     threads: int,
     progress: Callable[[int], None],
+    laws: OwnLaws | None = None,
+    *,
+    signals: str = "all",
+    positions: Sequence[int] | None = None,
 ) -> Iterator[list[Run]]:
     """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
 
-    `progress` is told the number of world-ticks done in this batch.
+    Parameters
+    ----------
+    worlds : sequence of World
+        All worlds of the scenario.
+    indices : sequence of int
+        Those of the batch: alike, see `batches`.
+    robot : RobotModel
+    threads : int
+        For MuJoCo.
+    progress : callable
+        Told the number of world-ticks done in this batch.
+    laws : mapping, optional
+        Own laws, which come after the listed controllers.
+    signals : str
+        ``all``, ``sampled`` or ``none``: which rows the runs keep.
+    positions : sequence of int, optional
+        Places of the controllers to run; all of them where it is None.
+
+    Yields
+    ------
+    list of Run
+        One per world, in the order of `indices`.
     """
     members = [worlds[index] for index in indices]
     first = members[0].scenario
-    tick, controllers = first.tick, first.controller
+    laws = laws or {}
+    tick, runs_of_world = first.tick, len(first.controller) + len(laws)
     planned = assemble.references(members)
     start = assemble.start(members, planned)
     plant = assemble.plant(members, robot, threads)
     rows = len(planned.position)
-    for position, config in enumerate(controllers):
-        law = assemble.law(members, position, robot)
-        known = assemble.believed(members, position, robot.inertia).geometry
+    chosen = range(runs_of_world) if positions is None else positions
+    for place, (position, entrant) in enumerate(
+        zip(chosen, lineup(members, robot, laws, chosen), strict=True)
+    ):
+        law, known = entrant.law, entrant.known
         sensor = (
             None
             if assemble.sees_the_truth(worlds)
             else assemble.sensor(members, known, rows, assemble.radius_ratio(known, robot.geometry))
         )
         recorder = Recorder(rows, len(members))
-        done_before = position * (rows - 1) * len(members)
+        done_before = place * (rows - 1) * len(members)
         ending = simulate(
             plant,
             law.controller,
@@ -118,27 +166,27 @@ def run_batch(
             theorem = None if law.hypotheses is None else law.hypotheses.of(block)
             columns = {name: values[block] for name, values in recorded.items()}
             columns = with_guarantee(with_errors(columns), theorem, tick)
-            numbers = [index * len(controllers) + position for index in indices[block]]
+            numbers = [index * runs_of_world + position for index in indices[block]]
             runs += [
                 Run(
                     index=number,
                     world=index,
-                    label=config.label,
-                    kind=config.kind,
+                    label=entrant.label,
+                    kind=entrant.kind,
                     status=STATUS_NAMES[Status(status)],
                     end_time=last * tick,
                     metrics=metrics,
                     guarantee=guarantee,
-                    signals=signals,
+                    signals=kept,
                 )
-                for number, index, status, last, metrics, guarantee, signals in zip(
+                for number, index, status, last, metrics, guarantee, kept in zip(
                     numbers,
                     indices[block],
                     statuses[block],
                     last_rows[block],
                     measure_worlds(columns, last_rows[block]),
                     verdicts(columns, theorem, last_rows[block], tick),
-                    signal_tables(numbers, columns, last_rows[block], tick),
+                    _kept(signals, numbers, columns, last_rows[block], tick),
                     strict=True,
                 )
             ]
@@ -151,3 +199,15 @@ def _blocks(worlds: int, rows: int) -> Iterator[slice]:
     step = max(1, ELEMENTS_AT_ONCE // rows)
     for first in range(0, worlds, step):
         yield slice(first, min(first + step, worlds))
+
+
+def _kept(
+    signals: str, runs: Sequence[int], columns: Columns, last_rows: Sequence[int], tick: float
+) -> Sequence[pa.Table | None]:
+    if signals == "none":
+        return [None] * len(runs)
+    tables = signal_tables(runs, columns, last_rows, tick)
+    if signals == "all":
+        return tables
+    ticks = columns["error.position"].shape[1] - 1
+    return [table.take(sampled_rows(ticks, last)) for table, last in zip(tables, last_rows, strict=True)]

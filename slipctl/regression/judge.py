@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any
 
@@ -11,7 +11,7 @@ from slipctl.regression.baseline import CHAOTIC_FACTOR, Baseline, Number, RunBas
 
 
 class Verdict(StrEnum):
-    """What became of one number, one status or one run."""
+    """What became of one number, one status, one run or one claim."""
 
     SAME = "same"
     BETTER = "better"
@@ -22,17 +22,23 @@ class Verdict(StrEnum):
     EXTRA = "extra"
     """The scenario makes this run, the baseline does not hold it."""
     UNJUDGED = "unjudged"
-    """There was no sound baseline."""
+    """There was nothing sound to compare with."""
+    CHAOTIC = "chaotic"
+    """The number moved, but it says nothing: the run is gated on its status and on the scenario's claims."""
+    CLAIM_HELD = "claim_held"
+    CLAIM_FAILED = "claim_failed"
+    CLAIM_OPEN = "claim_open"
+    """The interval holds the required value, or there is no run to judge the claim on."""
 
     @property
     def failed(self) -> bool:
         """Whether this closes the gate."""
-        return self in (Verdict.WORSE, Verdict.STATUS_CHANGED)
+        return self in (Verdict.WORSE, Verdict.STATUS_CHANGED, Verdict.CLAIM_FAILED)
 
     @property
     def judged(self) -> bool:
         """Whether the comparison could be made at all."""
-        return self not in (Verdict.MISSING, Verdict.EXTRA, Verdict.UNJUDGED)
+        return self not in (Verdict.MISSING, Verdict.EXTRA, Verdict.UNJUDGED, Verdict.CLAIM_OPEN)
 
 
 @dataclass(frozen=True)
@@ -46,13 +52,19 @@ class Finding:
     metric
         Name of the metric, or ``status``; None where the whole run is meant.
     baseline, current
-        The two values: metres, or statuses.
+        The two values in `unit`, or statuses. For a claim, what it requires and what was measured.
     tolerance
-        In metres; None for a status.
+        In `unit`; None for a status and for a claim.
     verdict
         The outcome.
     note
         What a reader should know besides.
+    claim
+        Text of the claim that was judged; None for a number and a status.
+    interval
+        Interval that holds the measured value or difference, in `unit`; None where there is only one run.
+    unit
+        Of the values, as in `slipctl.metrics.UNITS`; None for a status.
     """
 
     scenario: str
@@ -65,23 +77,15 @@ class Finding:
     tolerance: float | None
     verdict: Verdict
     note: str = ""
+    claim: str | None = None
+    interval: tuple[float, float] | None = None
+    unit: str | None = None
 
     def json(self) -> dict[str, Any]:
         """Give the finding as the contract's JSON object."""
-        fields = {
-            name: getattr(self, name)
-            for name in (
-                "scenario",
-                "controller",
-                "seed",
-                "metric",
-                "baseline",
-                "current",
-                "tolerance",
-                "note",
-            )
-        }
-        return {**fields, "varied": dict(self.varied), "verdict": str(self.verdict)}
+        entry = {field.name: getattr(self, field.name) for field in fields(self)}
+        interval = None if self.interval is None else list(self.interval)
+        return {**entry, "varied": dict(self.varied), "verdict": str(self.verdict), "interval": interval}
 
 
 def judge(baseline: Baseline, payload: Mapping[str, Any]) -> list[Finding]:

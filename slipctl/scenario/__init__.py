@@ -13,10 +13,12 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
+from slipctl.scenario.expand import Grid, World, given, reread, worlds
+from slipctl.scenario.expect import Below, BelowBound, Better, Claim, Guarantee, StatusIs
 from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
-from slipctl.scenario.loading import World, load, read, worlds
+from slipctl.scenario.loading import load, read
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.override import override, sweep_over
 from slipctl.scenario.own_robot import is_path
@@ -31,15 +33,21 @@ from slipctl.scenario.templates import template
 __all__ = [
     "Axis",
     "Believes",
+    "Below",
+    "BelowBound",
+    "Better",
     "Bumps",
     "Change",
     "Circle",
+    "Claim",
     "Controller",
     "Disc",
     "Disturbance",
     "DynamicOde",
     "FigureEight",
+    "Grid",
     "Ground",
+    "Guarantee",
     "KinematicOde",
     "Line",
     "Mujoco",
@@ -65,17 +73,20 @@ __all__ = [
     "Slip",
     "Span",
     "Start",
+    "StatusIs",
     "Stripes",
     "Terrain",
     "Waves",
     "World",
     "canonical",
     "dump",
+    "given",
     "is_path",
     "json_schema",
     "load",
     "override",
     "read",
+    "reread",
     "scenario_id",
     "sweep_over",
     "template",

@@ -99,38 +99,57 @@ def read_axes(table: Any) -> tuple[tuple[Axis, ...], list[Problem]]:
         return (), [Problem("sweep", show(table), "a table of dotted keys")]
     axes: dict[str, Axis] = {}
     problems: list[Problem] = []
-    for key, value in _leaves("", table, problems):
+    for key, value in leaves(table, _SPAN_KEYS):
         if key in axes:
             problems.append(Problem(f"sweep.{key}", "the key twice", "each key once"))
             continue
         values = (
             _read_span(key, value, problems)
             if isinstance(value, Mapping)
-            else _read_list(key, value, problems)
+            else read_values(f"sweep.{key}", value, problems, _FORMS)
         )
         if values is not None:
             axes[key] = Axis(key, values)
     return tuple(axes.values()), problems
 
 
-def _leaves(prefix: str, table: Mapping[str, Any], problems: list[Problem]) -> Iterator[tuple[str, Any]]:
-    """Dotted keys of a nested table; a table that says from, to, count or scale is a leaf."""
+def swept_keys(table: Any) -> list[str]:
+    """Dotted keys of a `[sweep]` table in file order, whether their values can be read or not."""
+    return [key for key, _ in leaves(table, _SPAN_KEYS)] if isinstance(table, Mapping) else []
+
+
+def leaves(table: Mapping[str, Any], words: tuple[str, ...], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Go through the dotted keys of a nested table and their values.
+
+    A table that has one of `words` as a key of its own, or no key at all, is a value.
+    """
     for name, value in table.items():
         key = f"{prefix}{name}"
-        if not isinstance(value, Mapping) or any(
-            word in value and not isinstance(value[word], Mapping) for word in _SPAN_KEYS
-        ):
+        is_value = not isinstance(value, Mapping) or not value
+        if is_value or any(word in value and not isinstance(value[word], Mapping) for word in words):
             yield key, value
-        elif value:
-            yield from _leaves(f"{key}.", value, problems)
         else:
-            problems.append(Problem(f"sweep.{key}", "an empty table", _FORMS))
+            yield from leaves(value, words, f"{key}.")
 
 
-def _read_list(key: str, value: Any, problems: list[Problem]) -> tuple[float, ...] | None:
-    where = f"sweep.{key}"
+def read_values(
+    where: str, value: Any, problems: list[Problem], forms: str = "an array of numbers"
+) -> tuple[float, ...] | None:
+    """Read an array of different finite numbers; what is wrong with it joins `problems`, and None comes back.
+
+    Parameters
+    ----------
+    where
+        Dotted path of the key, for messages.
+    value
+        What stands there.
+    problems
+        Problems found so far.
+    forms
+        What may stand there, in words.
+    """
     if not isinstance(value, list | tuple):
-        problems.append(Problem(where, show(value), _FORMS))
+        problems.append(Problem(where, show(value), forms))
         return None
     if not value:
         problems.append(Problem(where, "an empty array", "at least one value"))
@@ -150,6 +169,9 @@ def _read_list(key: str, value: Any, problems: list[Problem]) -> tuple[float, ..
 
 def _read_span(key: str, table: Mapping[str, Any], problems: list[Problem]) -> Span | None:
     where = f"sweep.{key}"
+    if not table:
+        problems.append(Problem(where, "an empty table", _FORMS))
+        return None
     wrong = [
         Problem(f"{where}.{name}", "an unknown key", ", ".join(_SPAN_KEYS), nearest(name, _SPAN_KEYS))
         for name in table

@@ -10,6 +10,7 @@ from typing import Any
 
 from slipctl.scenario.applies import ignored_problems
 from slipctl.scenario.base import lookup
+from slipctl.scenario.expect_checks import expect_problems
 from slipctl.scenario.floor_checks import floor_problems
 from slipctl.scenario.law_checks import law_problems
 from slipctl.scenario.own_robot import model_problems
@@ -34,6 +35,7 @@ def rule_problems(raw: Mapping[str, Any]) -> list[Problem]:
         reference_problems,
         sensing_problems,
         law_problems,
+        expect_problems,
     )
     return [problem for rule in rules for problem in rule(raw)]
 

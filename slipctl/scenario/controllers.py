@@ -146,5 +146,8 @@ class RobustDynamic(_DynamicLaw):
 Controller = Annotated[
     NominalKinematic | RobustKinematic | NominalDynamic | RobustDynamic, Field(discriminator="kind")
 ]
+KINDS_WITH_THEOREM = ("robust_kinematic", "robust_dynamic")
+"""The laws with a guarantee."""
+
 KINEMATIC_KINDS = ("nominal_kinematic", "robust_kinematic")
 DYNAMIC_KINDS = ("nominal_dynamic", "robust_dynamic")

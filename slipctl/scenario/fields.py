@@ -26,13 +26,14 @@ _MISSING = "nothing (the key is missing)"
 
 
 def field_problems(error: ValidationError, raw: Mapping[str, Any]) -> list[Problem]:
-    """Problems of the single keys; those of `[sweep]` are left to `read_axes`."""
+    """Problems of the single keys; those of `[sweep]` and `where` are left to their readers."""
     problems = []
     for entry in error.errors(include_url=False, include_context=False):
         path = without_tags(entry["loc"])
         # An array counts as too short when every entry of it is wrong; then the entries say so themselves.
         echo = entry["type"] == "too_short" and lookup(raw, *path)
-        if path[:1] != ("sweep",) and not echo:
+        by_rules = path[:1] == ("sweep",) or (path[:1] == ("expect",) and path[2:3] == ("where",))
+        if not by_rules and not echo:
             problems.append(_problem(entry["type"], path, raw))
     return problems
 

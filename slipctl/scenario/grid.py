@@ -54,9 +54,9 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
     valid = sweepable(raw)
     labels = [label for _, label, _ in controllers(raw)]
     problems = [
-        _without_effect(axis.key, raw) or _unsweepable(axis.key, valid, labels)
+        _a_claim(axis.key) or _without_effect(axis.key, raw) or _unsweepable(axis.key, valid, labels)
         for axis in axes
-        if axis.key not in valid and not _unknown_kind(axis.key, raw)
+        if axis.key not in valid and (_a_claim(axis.key) or not _unknown_kind(axis.key, raw))
     ]
     worlds = prod(len(axis) for axis in axes)
     runs = worlds * max(1, len(labels))
@@ -65,6 +65,12 @@ def axis_problems(axes: Sequence[Axis], raw: Mapping[str, Any]) -> list[Problem]
         found = f"{grid} worlds × {max(1, len(labels))} controllers = {runs:,} runs"
         problems.append(Problem("sweep", found, f"at most {RUN_LIMIT:,} runs"))
     return problems
+
+
+def _a_claim(key: str) -> Problem | None:
+    if key.split(".")[0] != "expect":
+        return None
+    return Problem(f"sweep.{key}", "a part of a claim", "a key of what is simulated: a claim changes no run")
 
 
 def _without_effect(key: str, raw: Mapping[str, Any]) -> Problem | None:
@@ -108,8 +114,11 @@ def variations(axes: Sequence[Axis]) -> Iterator[dict[str, float | int]]:
 
 
 def with_values(raw: Mapping[str, Any], values: Mapping[str, float | int]) -> dict[str, Any]:
-    """Set some dotted keys in the tables of a file; the given tables stay as they are."""
-    result = {name: value for name, value in raw.items() if name != "sweep"}
+    """Set some dotted keys in the tables of a file, as one world without sweep and claims.
+
+    The given tables stay as they are.
+    """
+    result = {name: value for name, value in raw.items() if name not in ("sweep", "expect")}
     for key, value in values.items():
         _set(result, key.split("."), value)
     return result

@@ -29,6 +29,8 @@ def dump(scenario: Scenario) -> dict[str, Any]:
         parent = lookup(tables, *path[:-1]) or {}
         if not parent.get(path[-1], True):
             del parent[path[-1]]
+    if not scenario.expect:
+        del tables["expect"]
     for law in tables["controller"]:
         if not law["believes"]:
             del law["believes"]
@@ -40,11 +42,10 @@ def dump(scenario: Scenario) -> dict[str, Any]:
 def canonical(scenario: Scenario) -> str:
     """Write the scenario as JSON text that depends only on what it means.
 
-    Left out are name and description, keys at their defaults (so that a key added later does not change the
-    identity of scenarios without it) and tables that are then empty. A series of slip and a model by its path
-    count by their content.
-    Keys are sorted, numbers are floats however they were written. The sweep keeps its order, as that orders
-    the worlds.
+    Left out are name, description and claims, keys at their defaults (so that a key added later does not
+    change the identity of scenarios without it) and tables that are then empty. A series of slip and a model
+    by its path count by their content. Keys are sorted, numbers are floats however they were written. The
+    sweep keeps its order, as that orders the worlds.
     """
     tables = _essential(scenario)
     tables = {name: value for name, value in tables.items() if name not in ("name", "description")}
@@ -60,7 +61,7 @@ def _essential(table: BaseModel) -> dict[str, Any]:
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
         is_default = not field.is_required() and value == field.default
-        if name == "sweep" or is_default or _is_as_left_out(table, name, value):
+        if name in ("sweep", "expect") or is_default or _is_as_left_out(table, name, value):
             continue
         result[name] = _plain(value)
     if isinstance(table, Robot) and is_path(table.model):

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, InstanceOf, WithJsonSchema, model_validato
 from slipctl.scenario.axes import AXES_SCHEMA, Axis, read_axes
 from slipctl.scenario.base import AsTuple, Table, quantity
 from slipctl.scenario.controllers import Controller
+from slipctl.scenario.expect import Claim
 from slipctl.scenario.floor import Disturbance
 from slipctl.scenario.references import Reference
 from slipctl.scenario.sensing import Sensing
@@ -56,6 +57,9 @@ class Scenario(Table):
     )
     sweep: Annotated[tuple[InstanceOf[Axis], ...], BeforeValidator(_axes), WithJsonSchema(AXES_SCHEMA)] = (
         quantity("Keys to vary: dotted key = values; several keys make a grid, the first one slowest", "", ())
+    )
+    expect: Annotated[tuple[Claim, ...], AsTuple] = quantity(
+        "What is claimed of the runs; slipctl check judges it", "", ()
     )
 
     @model_validator(mode="after")

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from slipctl.scenario import controllers, floor, references, slip, tables
+from slipctl.scenario import controllers, expect, floor, references, slip, tables
 from slipctl.scenario.base import Table, lookup
 from slipctl.scenario.model import Scenario
 
@@ -25,13 +25,14 @@ KINDS: dict[str, dict[str, type[Table]]] = {
     "controller": _kinds(controllers.Controller),
     "ground.patch": _kinds(floor.Patch),
     "ground.terrain": _kinds(floor.Terrain),
+    "expect": _kinds(expect.Claim),
 }
 """The kinds of each table that has some, with their classes."""
 
 ARRAYS: tuple[tuple[str, ...], ...] = (("ground", "patch"), ("ground", "change"), ("disturbance",))
 """The arrays of tables beside [[controller]], whose entries are known by their index instead of a label."""
 
-_WITH_KINDS = ("controller", "ground.patch")
+_WITH_KINDS = ("controller", "ground.patch", "expect")
 
 
 def kinds_at(path: Path) -> dict[str, type[Table]]:
@@ -101,7 +102,7 @@ def choices(field: FieldInfo) -> tuple[str, ...]:
 def allowed(name: str, field: FieldInfo) -> str:
     """Tell what may stand at a key, in words."""
     plain = _plain(field.annotation)
-    if name in KINDS:
+    if name in KINDS and name != "expect":
         kinds = ", ".join(KINDS[name])
         return (
             f"one [[controller]] or more, kinds: {kinds}"

@@ -12,6 +12,7 @@ from slipctl.scenario.loading import load, sweep_table
 from slipctl.scenario.model import NAME_PATTERN, Scenario
 from slipctl.scenario.problems import Problem, ScenarioError, quote
 from slipctl.scenario.structure import ARRAYS, KINDS, Path, allowed, choices, table_at
+from slipctl.scenario.where import where_table
 
 
 def template(like: str, name: str) -> str:
@@ -64,6 +65,7 @@ def template(like: str, name: str) -> str:
     if scenario.sweep:
         lines += _head("sweep", "[sweep]")
         lines += [f"{quote(key)} = {_value(value)}" for key, value in sweep_table(scenario.sweep).items()]
+    lines += _array(("expect",), scenario.expect, applies)
     return "\n".join(lines) + "\n"
 
 
@@ -95,6 +97,7 @@ def _keys(path: Path, table: Table, applies: Mapping[str, Any], skip: tuple[str,
     fields, without = type(table).model_fields, ignored(applies)
     for name in sorted(fields, key=lambda name: name != "kind"):
         value, field = getattr(table, name), fields[name]
+        value = (where_table(value) or None) if name == "where" else value
         is_section = isinstance(value, tuple) or (isinstance(table, Scenario) and isinstance(value, Table))
         if name in skip or is_section or (isinstance(table, Scenario) and value is None):
             continue
@@ -117,10 +120,14 @@ def _plain(value: Any) -> Any:
     return value.model_dump(exclude_unset=True) if isinstance(value, Table) else value
 
 
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else quote(key)
+
+
 def _value(value: Any) -> str:
     """Spell a value in TOML."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_value(entry)}" for key, entry in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_value, value)) + "]"
     if isinstance(value, str):

@@ -1,6 +1,7 @@
 """``run`` and ``sweep``: exit statuses and what stands on which stream."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -144,6 +145,16 @@ def test_a_defect_shows_its_traceback_and_is_no_failed_gate(engine, capsys):
     assert out == ""
     assert "Traceback" in err
     assert "oops" in err
+
+
+@pytest.mark.parametrize("part", ["slipctl.cli.app", "slipctl.scenario"])
+def test_a_slipctl_that_cannot_be_imported_is_no_failed_gate(monkeypatch, tmp_path, capsys, part):
+    (tmp_path / "short.toml").write_text(SHORT_SCENARIO)
+    monkeypatch.setitem(sys.modules, part, None)
+    assert main(["run", str(tmp_path / "short.toml"), "--out", str(tmp_path)]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "ModuleNotFoundError" in err
 
 
 def test_a_full_disk_is_a_message_and_exit_3(engine, capsys):

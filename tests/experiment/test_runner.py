@@ -99,7 +99,7 @@ def test_bytes_do_not_depend_on_batches_or_threads(tables, tmp_path, monkeypatch
     whole = parquet_bytes(folder_of(small(**tables), tmp_path, threads=1))
     assert set(whole) == {"metrics.parquet", "signals.parquet"}
     for largest, threads in ((1, 1), (2, 2), (64, 3)):
-        monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", largest)
+        monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", largest)
         assert parquet_bytes(folder_of(small(**tables), tmp_path, threads=threads)) == whole
 
 
@@ -143,7 +143,7 @@ def test_a_failure_leaves_nothing_half_written(tmp_path, monkeypatch):
 
 
 def test_ctrl_c_keeps_what_has_finished(tmp_path, monkeypatch):
-    monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", 1)
+    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 1)
 
     def stop(done: int, total: int, text: str) -> None:
         if done > total // 2:

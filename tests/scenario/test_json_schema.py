@@ -15,6 +15,7 @@ from tests.scenario.documents import EIGHT, EXPERIMENT, PAPER, SCALED, TORQUE, c
 SCHEMA = json_schema()
 UNITLESS = {"name", "description", "seed", "model", "drive", "kind", "label", "uncertainty", "at_rest"}
 UNITLESS |= {"left_wheel", "right_wheel", "keep_contacts"}
+UNITLESS |= {"than", "metric", "limit", "status", "where", "only_where_guaranteed"}
 UNITLESS |= {
     "believes",
     "time_scaled",

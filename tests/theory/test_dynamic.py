@@ -13,6 +13,7 @@ from slipctl.theory.dynamic import Inertia, drift, invert_dynamics, slip_terms
 from slipctl.theory.flatness import apply_decoupling, flat_to_state
 from slipctl.theory.robot import MAGELLAN_PRO
 from slipctl.theory.robust import chain_gains, lyapunov_matrix
+from slipctl.theory.robust_dynamic import largest_calm_dynamic_tick
 from slipctl.theory.slip import SinusoidalSlip
 from slipctl.tick import Array, Slip
 
@@ -234,6 +235,17 @@ def test_friction_alone_slows_a_rolling_robot():
     push, spin = rubbing.accelerations(np.zeros((1, 2)), np.array([[5.0, 5.0]]))
     assert push[0] == pytest.approx(-2.0 * 0.07 / (0.0825 * 18.2), rel=1e-13)
     assert spin[0] == 0.0
+
+
+@pytest.mark.parametrize("slip", [0.0, 0.4 - 0.4j, -0.3 + 0.1j, -0.4 - 0.4j, -0.3])
+def test_calm_tick_of_the_dynamic_law_is_that_of_its_fastest_direction(slip):
+    """A tick scales ë by 1 − h λ P₃₃ρ/ε with λ = 1 along the heading and |1+σ|²/Re(1+σ) across it."""
+    layer, rho, corner = 0.02, 0.35, 6.875
+    tick = largest_calm_dynamic_tick(one(layer), one(rho), one(corner), np.array([slip + 0.0j]))[0]
+    rates = np.array([1.0, abs(1.0 + slip) ** 2 / (1.0 + slip.real)]) * corner * rho / layer
+    for share in (0.9, 1.0, 1.1):
+        factor = np.abs(1.0 - share * tick * rates).max()
+        assert np.sign(round(factor - 1.0, 12)) == np.sign(round(share - 1.0, 12))
 
 
 def test_gains_and_lyapunov_matrix_of_section_five_b():

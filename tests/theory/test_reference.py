@@ -24,8 +24,17 @@ def point_to_point(placement: Placement) -> PointToPoint:
     return PointToPoint(start, goal, np.linspace(5.0, 6.0, worlds), placement)
 
 
+def quintic(placement: Placement) -> PointToPoint:
+    """Return a plan whose ends also have a yaw rate and an acceleration."""
+    worlds = len(placement.x)
+    start = np.tile([0.1, -0.2, 0.4, 0.3, 0.6, -0.1], (worlds, 1))
+    goal = np.tile([2.0, 1.0, -1.0, 0.5, -0.7, 0.2], (worlds, 1))
+    return PointToPoint(start, goal, np.linspace(5.0, 6.0, worlds), placement)
+
+
 PLANS = {
     "point_to_point": point_to_point,
+    "quintic": quintic,
     "line": lambda p: Line(np.linspace(0.5, 1.5, len(p.x)), p),
     "circle": lambda p: Circle(full(len(p.x), 0.8), np.linspace(0.7, -1.3, len(p.x)), p),
     "figure_eight": lambda p: FigureEight(
@@ -54,7 +63,10 @@ def test_derivatives_are_those_of_the_position(build):
         np.testing.assert_allclose(
             central_difference(at.velocity, step), at.acceleration[:, 1:-1], rtol=0, atol=1e-8
         )
-        assert at.position.shape == at.velocity.shape == at.acceleration.shape == (2, 11, 2)
+        np.testing.assert_allclose(
+            central_difference(at.acceleration, step), at.jerk[:, 1:-1], rtol=0, atol=1e-7
+        )
+        assert (2, 11, 2) == at.position.shape == at.velocity.shape == at.acceleration.shape == at.jerk.shape
 
 
 def test_placement_turns_and_moves(build):
@@ -63,7 +75,7 @@ def test_placement_turns_and_moves(build):
     plain, placed = build(at_origin(2)).at(times), build(PLACED).at(times)
     turn = np.exp(1j * PLACED.heading)[:, None]
     origin = (PLACED.x + 1j * PLACED.y)[:, None]
-    for name, offset in (("position", origin), ("velocity", 0.0), ("acceleration", 0.0)):
+    for name, offset in (("position", origin), ("velocity", 0.0), ("acceleration", 0.0), ("jerk", 0.0)):
         before, after = getattr(plain, name), getattr(placed, name)
         moved = turn * (before[..., 0] + 1j * before[..., 1]) + offset
         np.testing.assert_allclose(after[..., 0] + 1j * after[..., 1], moved, rtol=0, atol=1e-13)
@@ -116,6 +128,45 @@ def test_point_to_point_ends_at_its_poses_and_goes_on_at_its_final_velocity():
         assert not acceleration[2:].any()
 
 
+def test_quintic_ends_at_its_poses_yaw_rates_and_accelerations():
+    """F̈ = ū₁ t + v ū₂ n at both ends, (11), in complex numbers."""
+    plan = quintic(at_origin(2))
+    for world, total in enumerate(plan.duration):
+        at = plan.at(np.array([0.0, total]))
+        for row, pose in enumerate((plan.start[world], plan.goal[world])):
+            x, y, heading, speed, yaw_rate, push = pose
+            facing = np.exp(1j * heading)
+            for field, expected in (
+                (at.position, x + 1j * y),
+                (at.velocity, speed * facing),
+                (at.acceleration, (push + 1j * speed * yaw_rate) * facing),
+            ):
+                got = field[world, row, 0] + 1j * field[world, row, 1]
+                assert got == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("build_polynomial", [point_to_point, quintic])
+def test_worlds_may_ask_for_times_of_their_own(build_polynomial):
+    plan = build_polynomial(PLACED)
+    own = np.array([[0.0, 1.0, 5.0, 7.0], [0.5, 2.0, 6.0, 8.0]])
+    at = plan.at(own)
+    for world in range(2):
+        alone = plan.at(own[world])
+        for name in ("position", "velocity", "acceleration", "jerk"):
+            np.testing.assert_array_equal(getattr(at, name)[world], getattr(alone, name)[world])
+
+
+@pytest.mark.parametrize("build_polynomial", [point_to_point, quintic])
+def test_the_last_instant_still_has_the_polynomial_s_acceleration(build_polynomial):
+    plan = build_polynomial(at_origin(1))
+    total = float(plan.duration[0])
+    at = plan.at(np.array([total - 1e-9, total, total + 1e-9]))
+    for field in (at.acceleration[0], at.jerk[0]):
+        np.testing.assert_allclose(field[1], field[0], rtol=0, atol=1e-7)
+        assert np.abs(field[1]).max() > 0.1
+        assert not field[2].any()
+
+
 def test_line():
     at = Line(np.array([2.0]), Placement(np.array([1.0]), np.array([1.0]), np.array([math.pi / 2.0]))).at(
         np.array([0.0, 1.5])
@@ -123,6 +174,7 @@ def test_line():
     np.testing.assert_allclose(at.position[0], [[1.0, 1.0], [1.0, 4.0]], rtol=0, atol=1e-15)
     np.testing.assert_allclose(at.velocity[0], [[0.0, 2.0]] * 2, rtol=0, atol=1e-15)
     assert not at.acceleration.any()
+    assert not at.jerk.any()
 
 
 @pytest.mark.parametrize(("radius", "side"), [(0.5, 1.0), (-0.5, -1.0)])

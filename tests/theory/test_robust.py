@@ -1,4 +1,5 @@
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -179,6 +180,16 @@ def test_calm_tick_without_gain_is_infinite():
         largest_calm_tick(np.array([0.02]), np.zeros(1), np.array([2.5]), np.zeros(1, dtype=complex))[0]
         == np.inf
     )
+
+
+def test_calm_tick_says_nothing_on_the_way_to_infinity():
+    """Without a layer and without a gain it is 0/0; neither division warns."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ticks = largest_calm_tick(
+            np.array([0.02, 0.0]), np.zeros(2), np.full(2, 2.5), np.zeros(2, dtype=complex)
+        )
+    assert ticks[0] == np.inf
 
 
 def test_norm():

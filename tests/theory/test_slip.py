@@ -12,6 +12,7 @@ from slipctl.theory.flatness import invert_decoupling
 from slipctl.theory.slip import (
     NoSlip,
     ProportionalSlip,
+    SeriesSlip,
     SinusoidalSlip,
     measure_slip,
     slip_ratio,
@@ -19,6 +20,8 @@ from slipctl.theory.slip import (
     slipping_velocity,
 )
 from slipctl.tick import Array, Motion, Slip
+
+COMPONENTS = ("longitudinal", "lateral", "yaw")
 
 rates = st.floats(-5.0, 5.0)
 headings = st.floats(-math.pi, math.pi)
@@ -206,3 +209,66 @@ def test_slip_laws():
     np.testing.assert_allclose(quarter.longitudinal, [0.01, -0.04 * math.sqrt(0.5)], rtol=1e-15)
     np.testing.assert_allclose(quarter.yaw, [0.05, -0.12 * math.sqrt(0.5)], rtol=1e-15)
     assert not swinging.affine(0.0).at(v).lateral.any()
+
+
+def test_fractions_that_do_not_change_have_no_rate():
+    fractions = (np.array([0.1, 0.2]), np.array([0.3, 0.4]), np.array([0.5, 0.6]))
+    for law in (NoSlip(2), ProportionalSlip(*fractions)):
+        for rate in (law.affine_rate(3.0).fraction, law.affine_rate(3.0).offset, law.affine(3.0).offset):
+            for name in COMPONENTS:
+                np.testing.assert_array_equal(getattr(rate, name), np.zeros(2))
+
+
+def test_swinging_fractions_change_at_their_derivative():
+    """Central differences of a sine at this step err by less than 1e-8."""
+    law = SinusoidalSlip(
+        np.array([0.1, 0.2]), np.array([0.3, 0.4]), np.array([0.5, 0.6]), period=np.array([4.0, 8.0])
+    )
+    step = 1e-4
+    for time in (0.0, 0.7, 5.3):
+        rate, ahead, behind = law.affine_rate(time), law.affine(time + step), law.affine(time - step)
+        for name in COMPONENTS:
+            slope = (getattr(ahead.fraction, name) - getattr(behind.fraction, name)) / (2.0 * step)
+            np.testing.assert_allclose(getattr(rate.fraction, name), slope, rtol=0, atol=1e-8)
+            np.testing.assert_array_equal(getattr(rate.offset, name), np.zeros(2))
+    assert law.affine_rate(0.0).fraction.lateral[0] == pytest.approx(0.3 * math.pi / 2.0, rel=1e-14)
+
+
+KNOTS = np.array([0.5, 1.0, 2.5, 4.0])
+TABLES = np.random.default_rng(11).uniform(-0.5, 0.5, (3, 2, 4))
+SERIES = SeriesSlip(KNOTS, *TABLES)
+
+
+@given(st.floats(-1.0, 6.0), rates)
+def test_a_series_is_linear_between_its_samples_and_held_at_its_ends(time, v):
+    slip = SERIES.affine(time).at(np.full(2, v))
+    for name, table in zip(COMPONENTS, TABLES, strict=True):
+        expected = [np.interp(time, KNOTS, row) for row in table]
+        np.testing.assert_allclose(getattr(slip, name), expected, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("sample", range(4))
+def test_a_series_meets_its_samples(sample):
+    slip = SERIES.affine(float(KNOTS[sample])).offset
+    for name, table in zip(COMPONENTS, TABLES, strict=True):
+        np.testing.assert_allclose(getattr(slip, name), table[:, sample], rtol=0, atol=1e-16)
+
+
+@pytest.mark.parametrize(
+    ("time", "piece"),
+    [(0.4, None), (0.5, 0), (0.7, 0), (1.0, 1), (2.4, 1), (2.5, 2), (3.9, 2), (4.0, None), (4.1, None)],
+)
+def test_the_rate_of_a_series_is_the_slope_to_the_right_and_none_beyond_the_ends(time, piece):
+    rate = SERIES.affine_rate(time)
+    for name, table in zip(COMPONENTS, TABLES, strict=True):
+        slopes = np.diff(table, axis=1) / np.diff(KNOTS)
+        expected = np.zeros(2) if piece is None else slopes[:, piece]
+        np.testing.assert_allclose(getattr(rate.offset, name), expected, rtol=1e-15)
+        np.testing.assert_array_equal(getattr(rate.fraction, name), np.zeros(2))
+
+
+def test_a_series_of_two_samples_is_a_ramp():
+    ramp = SeriesSlip(np.array([1.0, 3.0]), *(np.array([[0.0, factor]]) for factor in (1.0, 2.0, -4.0)))
+    for time, share in ((0.0, 0.0), (1.0, 0.0), (1.5, 0.25), (3.0, 1.0), (9.0, 1.0)):
+        slip = ramp.affine(time).offset
+        assert (slip.longitudinal[0], slip.lateral[0], slip.yaw[0]) == (share, 2.0 * share, -4.0 * share)

@@ -108,6 +108,23 @@ def test_the_rate_of_the_path_is_told_where_its_time_passes():
     assert as_complex(ratio) == pytest.approx(1.0 + SIGMA, rel=1e-12)
 
 
+def test_the_threshold_itself_still_tells():
+    velocity, facing = moving(LEAST_RATE, 1.1, 0.12)
+    held = np.array([[1.0, 0.0]])
+    found, ratio = path_velocity(velocity, facing, full(1, LEAST_RATE), full(1, 0.12), held)
+    np.testing.assert_allclose(found, velocity / LEAST_RATE, rtol=1e-15)
+    assert as_complex(ratio) == pytest.approx(1.0 + SIGMA, rel=1e-12)
+
+
+@pytest.mark.parametrize("path_speed", [0.0, -0.1])
+def test_a_robot_that_is_not_asked_to_move_forward_tells_its_rate_but_no_ratio(path_speed):
+    velocity, facing = np.array([[0.03, -0.02]]), moving(0.3, 1.1, 0.0)[1]
+    held = np.array([[1.4, -0.4]])
+    found, ratio = path_velocity(velocity, facing, full(1, 0.3), full(1, path_speed), held)
+    np.testing.assert_allclose(found, velocity / 0.3, rtol=1e-15)
+    np.testing.assert_array_equal(ratio, held)
+
+
 @pytest.mark.parametrize("rate", [0.0, 0.5 * LEAST_RATE])
 def test_the_ratio_is_held_where_the_path_s_time_hardly_passes(rate):
     """Turned with the robot, scaled with ṽ; whatever the velocity says, even what a lagging servo leaves."""
@@ -117,6 +134,19 @@ def test_the_ratio_is_held_where_the_path_s_time_hardly_passes(rate):
     expected = 0.07 * (1.4 - 0.4j) * np.exp(-2.0j)
     assert as_complex(found) == pytest.approx(complex(expected), rel=1e-12)
     np.testing.assert_array_equal(ratio, held)
+
+
+def test_each_world_is_told_or_held_for_itself():
+    velocity = np.array([[0.03, -0.02], [0.05, 0.01], [0.02, 0.04]])
+    facing = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])
+    rates, speeds = np.array([0.3, 0.001, 0.5]), np.array([0.1, 0.2, 0.15])
+    held = np.array([[1.4, -0.4], [1.2, 0.3], [0.9, 0.1]])
+    found, ratio = path_velocity(velocity, facing, rates, speeds, held)
+    for world in range(3):
+        row = slice(world, world + 1)
+        alone = path_velocity(velocity[row], facing[row], rates[row], speeds[row], held[row])
+        np.testing.assert_array_equal(found[row], alone[0])
+        np.testing.assert_array_equal(ratio[row], alone[1])
 
 
 def test_no_jump_where_holding_begins():

@@ -5,7 +5,7 @@ The only place that knows both the file format and the implementations.
 
 from slipctl.experiment.assemble.beliefs import believed, radius_ratio
 from slipctl.experiment.assemble.floor import terrain
-from slipctl.experiment.assemble.laws import Law, law
+from slipctl.experiment.assemble.laws import Law, known_inertia, law
 from slipctl.experiment.assemble.plan import references, start
 from slipctl.experiment.assemble.plants import plant
 from slipctl.experiment.assemble.robot import RobotModel, read_robot
@@ -19,6 +19,7 @@ __all__ = [
     "batch_key",
     "believed",
     "gather",
+    "known_inertia",
     "law",
     "plant",
     "radius_ratio",

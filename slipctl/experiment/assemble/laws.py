@@ -100,7 +100,7 @@ def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
 
     first = worlds[0].scenario.controller[index]
     drive = TorqueDrive(
-        inertia=_wheels_known(worlds, known) if compensates(worlds) else paper_inertia(known),
+        inertia=known_inertia(worlds, known),
         torque_limit=gather(worlds, lambda scenario: scenario.robot.torque_limit),
         speed_floor=each("speed_floor"),
     )
@@ -143,6 +143,11 @@ GENERAL_KEYS = (
     "coupling_bound",
 )
 """In the order of `GeneralDynamicBound`."""
+
+
+def known_inertia(worlds: Sequence[World], known: Inertia) -> Inertia:
+    """Return what laws know of the wheels beside what they believe: as on MuJoCo, or as in the paper."""
+    return _wheels_known(worlds, known) if compensates(worlds) else paper_inertia(known)
 
 
 def _wheels_known(worlds: Sequence[World], known: Inertia) -> Inertia:
