@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from slipctl.experiment import assemble
 from slipctl.experiment.own import OwnLaws, lineup
 from slipctl.experiment.plan import sampled_rows
-from slipctl.guarantee import METRIC_UNITS, verdict, with_guarantee
-from slipctl.metrics import UNITS, measure
-from slipctl.recording import Columns, Recorder, signal_table, with_errors
-from slipctl.simulate import Ending, simulate
+from slipctl.guarantee import METRIC_UNITS, verdicts, with_guarantee
+from slipctl.metrics import UNITS, measure_worlds
+from slipctl.recording import Columns, Recorder, signal_tables, with_errors
+from slipctl.simulate import simulate
 from slipctl.tick import Status
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ STATUS_NAMES = {
     Status.TIPPED: "tipped",
     Status.LEFT_THE_ARENA: "left_the_arena",
 }
+
+ELEMENTS_AT_ONCE = 16384
+"""Rows times worlds that are judged and measured at once."""
 
 
 @dataclass(frozen=True)
@@ -156,33 +159,55 @@ def run_batch(
             lambda k, before=done_before: progress(before + k * len(members)),
             sensor,
         )
-        columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
-        runs = []
-        for row, index in enumerate(indices):
-            run = index * runs_of_world + position
-            last = int(ending.last_row[row])
-            runs.append(
+        recorded, statuses = recorder.columns(), ending.status.tolist()
+        last_rows = ending.last_row.tolist()
+        runs: list[Run] = []
+        for block in _blocks(len(members), rows):
+            theorem = None if law.hypotheses is None else law.hypotheses.of(block)
+            columns = {name: values[block] for name, values in recorded.items()}
+            columns = with_guarantee(with_errors(columns), theorem, tick)
+            numbers = [index * runs_of_world + position for index in indices[block]]
+            runs += [
                 Run(
-                    index=run,
+                    index=number,
                     world=index,
                     label=entrant.label,
                     kind=entrant.kind,
-                    status=STATUS_NAMES[Status(int(ending.status[row]))],
+                    status=STATUS_NAMES[Status(status)],
                     end_time=last * tick,
-                    metrics=measure(columns, row, last),
-                    guarantee=verdict(columns, law.hypotheses, row, last, tick),
-                    signals=_kept(signals, run, row, columns, ending, tick),
+                    metrics=metrics,
+                    guarantee=guarantee,
+                    signals=kept,
                 )
-            )
+                for number, index, status, last, metrics, guarantee, kept in zip(
+                    numbers,
+                    indices[block],
+                    statuses[block],
+                    last_rows[block],
+                    measure_worlds(columns, last_rows[block]),
+                    verdicts(columns, theorem, last_rows[block], tick),
+                    _kept(signals, numbers, columns, last_rows[block], tick),
+                    strict=True,
+                )
+            ]
         progress(done_before + (rows - 1) * len(members))
         yield runs
 
 
-def _kept(signals: str, run: int, row: int, columns: Columns, ending: Ending, tick: float) -> pa.Table | None:
+def _blocks(worlds: int, rows: int) -> Iterator[slice]:
+    """Yield slices of worlds whose columns fit in a processor's cache, so that sums are made there."""
+    step = max(1, ELEMENTS_AT_ONCE // rows)
+    for first in range(0, worlds, step):
+        yield slice(first, min(first + step, worlds))
+
+
+def _kept(
+    signals: str, runs: Sequence[int], columns: Columns, last_rows: Sequence[int], tick: float
+) -> Sequence[pa.Table | None]:
     if signals == "none":
-        return None
-    table = signal_table(run, row, columns, ending, tick)
+        return [None] * len(runs)
+    tables = signal_tables(runs, columns, last_rows, tick)
     if signals == "all":
-        return table
+        return tables
     ticks = columns["error.position"].shape[1] - 1
-    return table.take(sampled_rows(ticks, int(ending.last_row[row])))
+    return [table.take(sampled_rows(ticks, last)) for table, last in zip(tables, last_rows, strict=True)]

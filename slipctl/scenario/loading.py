@@ -105,9 +105,7 @@ def _judged(axes: Sequence[Axis]) -> Iterator[tuple[dict[str, float | int], bool
 
     No rule looks at the seed: it is judged once per value and not in every combination with the others.
     """
-    others, seeds = (
-        [axis for axis in axes if (axis.key == "seed") == is_seed] for is_seed in (False, True)
-    )
+    others, seeds = ([axis for axis in axes if (axis.key == "seed") == is_seed] for is_seed in (False, True))
     if others:
         yield from ((values, True) for values in variations(others))
     yield from ((values, False) for seed in seeds for values in variations([seed]))
