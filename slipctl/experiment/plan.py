@@ -15,11 +15,11 @@ from slipctl import scenario as files
 from slipctl.experiment import assemble
 from slipctl.experiment.own import KIND, OwnLaws
 
-LARGEST_CHUNK = 64
-"""Most worlds of a chunk. They share a batch where they are alike."""
+LARGEST_CHUNK = 512
+"""Most worlds of a chunk. They share a batch where they are alike, and the more do, the less each costs."""
 
-ROWS_IN_MEMORY = 500_000
-"""Rows of signals that a process holds at most at a time: about 0.3 GB."""
+ROWS_IN_MEMORY = 1_000_000
+"""Rows of signals that all processes of a machine together hold at a time: about 1 GB."""
 
 ALL_ROWS = 10_000_000
 """Up to so many rows of all runs together, all are kept unless told otherwise: about 5 GB on disk."""
@@ -27,8 +27,12 @@ ALL_ROWS = 10_000_000
 SAMPLES = 50
 """Intervals into which a run is divided where its signals are sampled."""
 
-ROW_GROUPS = 2_000
-"""About so many row groups the signals have at most: each costs a reader about 10 kB."""
+GROUP_ROWS = 20_000
+"""Rows that a row group of the signals has about: fewer cost time for every column, more cost whoever reads
+one run."""
+
+ROW_GROUPS = 1_000
+"""About so many row groups the signals have at most: each takes 0.1 MB of memory while it is written."""
 
 CHUNKS_PER_WORKER = 4
 """At least so many chunks for every worker, so that none is idle for long at the end."""
@@ -105,9 +109,10 @@ class Plan:
 
     @property
     def runs_per_row_group(self) -> int:
-        """Runs that share a row group of the signals: one, until a file would have too many groups."""
+        """Runs that share a row group of the signals."""
         rows = (int(self.ticks.max()) if self.signals == "all" else SAMPLES) + 1
-        return max(1, min(-(-self.run_count // ROW_GROUPS), ROWS_IN_MEMORY // rows))
+        wanted = max(GROUP_ROWS // rows, -(-self.run_count // ROW_GROUPS))
+        return max(1, min(wanted, ROWS_IN_MEMORY // 2 // rows))
 
     def chunks(self) -> Iterator[Chunk]:
         """Yield all chunks in order."""
@@ -186,7 +191,7 @@ def make_plan(
     ticks = _ticks(grid, chosen)
     kept, note = _kept(signals, int((ticks + 1).sum()) * len(names))
     rows = (int(ticks.max()) + 1) * (len(names) if kept == "all" else 1)
-    largest = max(1, min(LARGEST_CHUNK, ROWS_IN_MEMORY // rows))
+    largest = max(1, min(LARGEST_CHUNK, ROWS_IN_MEMORY // workers // rows))
     if workers > 1:
         fair = -(-len(chosen) // (CHUNKS_PER_WORKER * workers))
         largest = min(largest, max(fair, 1))

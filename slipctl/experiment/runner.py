@@ -22,6 +22,9 @@ from slipctl.experiment.result import Result
 from slipctl.experiment.resuming import same_as_before
 from slipctl.experiment.store import Store, resume_command
 
+CLUSTER = 4
+"""Workers that are reckoned with where a cluster simulates: chunks are then small enough to be shared out."""
+
 Progress = Callable[[int, int, str], None]
 Begun = Callable[[Path, int], None]
 
@@ -106,7 +109,7 @@ def run(
         signals=signals,
         worlds=worlds,
         keep_going=keep_going,
-        workers=workers,
+        workers=workers if dask is None else CLUSTER,
     )
     executor = choose(workers, dask, threads)
     # the model is read before the first tick, so that a wrong one is refused before any work

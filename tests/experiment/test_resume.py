@@ -64,11 +64,12 @@ def test_ctrl_c_keeps_finished_chunks_and_resume_ends_in_the_same_bytes(tmp_path
     left = interrupted(tmp_path)
     assert names(tmp_path) == ["moment.unfinished"]
     assert len(list((left / "chunks").glob("*.arrow"))) == 3
-    result = resume(left)
-    assert result.folder == tmp_path / "moment"
+    folder = resume(left).folder
+    assert folder is not None
+    assert folder == tmp_path / "moment"
     assert names(tmp_path) == ["moment"]
-    assert names(result.folder) == ["manifest.json", "metrics.parquet", "signals.parquet"]
-    assert parquet_bytes(result.folder) == whole
+    assert names(folder) == ["manifest.json", "metrics.parquet", "signals.parquet"]
+    assert parquet_bytes(folder) == whole
 
 
 def test_finished_chunks_are_not_simulated_again(tmp_path, whole, monkeypatch):
@@ -218,7 +219,7 @@ def test_a_file_that_may_not_grow_is_a_message_and_exit_3(tmp_path):
     ]
     folder = resume(left).folder
     assert folder is not None
-    assert pq.read_table(folder / "metrics.parquet").num_rows == 2 * 64 * 6
+    assert pq.read_table(folder / "metrics.parquet").num_rows == 2 * 3072
 
 
 def test_half_written_and_foreign_chunks_are_not_read(tmp_path, whole):
@@ -366,11 +367,11 @@ def test_own_laws_cannot_be_gone_on_with(tmp_path):
         resume(stop.value.folder)
 
 
-LONGER = {"sweep": {"slip.longitudinal": [0.0, 0.1, 0.3], "seed": list(range(128))}}
+LONGER = {"sweep": {"slip.longitudinal": [0.0, 0.1, 0.3], "seed": list(range(1024))}}
 
 
 def write(folder: Path) -> Path:
-    """Write the sweep of 384 worlds, six chunks, as a file."""
+    """Write the sweep of 3072 worlds, six chunks, as a file."""
     scenario = moment(**LONGER)
     lines = []
 
@@ -471,9 +472,9 @@ def test_ctrl_c_on_the_command_line_is_exit_130_and_says_how_to_go_on(workers, t
     begun, kept, go_on = complained.splitlines()
     assert begun == f"what is finished is kept; if this stops: slipctl sweep --resume {left}"
     assert kept.startswith("interrupted; ")
-    assert kept.endswith(f" of 384 worlds are kept in {left}")
+    assert kept.endswith(f" of 3072 worlds are kept in {left}")
     assert go_on == f"go on: slipctl sweep --resume {left}"
     again = sweep("--resume", str(left), "--json")
     printed, _ = again.communicate()
     assert again.returncode == 0
-    assert len(json.loads(printed)["runs"]) == 2 * 384
+    assert len(json.loads(printed)["runs"]) == 2 * 3072

@@ -43,19 +43,34 @@ def test_bytes_do_not_depend_on_worker_processes(tables, tmp_path):
 
 
 def test_row_groups_follow_from_the_plan_and_not_from_the_chunks(tmp_path, monkeypatch):
-    monkeypatch.setattr("slipctl.experiment.plan.ROW_GROUPS", 5)
+    monkeypatch.setattr("slipctl.experiment.plan.GROUP_ROWS", 5 * 71)
     contents = []
     for largest in (1, 3, 4, 64):
         monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", largest)
         folder = swept(tmp_path)
         contents.append(parquet_bytes(folder))
         file = pq.ParquetFile(folder / "signals.parquet")
-        # 24 runs in at most 5 groups: 5 runs in each, 4 in the last
+        # 24 runs of 71 rows: 5 in each group, 4 in the last
         groups = [
             file.read_row_group(index)["run"].unique().to_pylist() for index in range(file.num_row_groups)
         ]
         assert groups == [list(range(first, min(first + 5, 24))) for first in range(0, 24, 5)]
     assert all(content == contents[0] for content in contents)
+
+
+def test_row_groups_are_neither_many_nor_large():
+    def runs(worlds, duration, signals):
+        scenario = moment(duration=duration, sweep={"seed": list(range(worlds))})
+        plan = make_plan(
+            scenario, {}, record="none", signals=signals, worlds=None, keep_going=False, workers=1
+        )
+        return plan.runs_per_row_group
+
+    assert runs(4, 20.0, "all") == 9  # of 2001 rows
+    assert runs(4, 2000.0, "all") == 1  # of 200,001 rows
+    assert runs(40_000, 20.0, "all") == 80  # a thousandth of the runs
+    assert runs(40_000, 200.0, "all") == 24  # that would be too much memory
+    assert runs(40_000, 20.0, "sampled") == 392
 
 
 def test_sampled_signals_are_rows_of_all_signals(tmp_path):
