@@ -74,8 +74,9 @@ def write_signals(file: IO[bytes], plan: Plan, tables: Iterable[pa.Table]) -> in
 def _writer(file: IO[bytes], schema: pa.Schema) -> pq.ParquetWriter:
     import pyarrow.parquet as pq
 
-    # no dictionary: measured values hardly ever repeat
-    return pq.ParquetWriter(file, schema, compression="zstd", use_dictionary=False)
+    # no dictionary: measured values hardly ever repeat. lz4 takes half the time of zstd for 6 % more bytes.
+    # Statistics of the run alone: they are what a reader looks for.
+    return pq.ParquetWriter(file, schema, compression="lz4", use_dictionary=False, write_statistics=["run"])
 
 
 def write_metrics(file: IO[bytes], metrics: pa.Table) -> None:
