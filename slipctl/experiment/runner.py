@@ -57,7 +57,7 @@ def run(
         ``none`` or ``worst:N``. Without `out`, none.
     signals : str
         Which rows of the signals are kept: ``all``, ``sampled`` (at most 51 of each run), ``none``, or
-        ``auto``, which is ``all`` unless that were very many.
+        ``auto``, which is ``all`` unless that were very many on a disk.
     threads : int, optional
         Threads for MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
     workers : int
@@ -106,7 +106,7 @@ def run(
         scenario,
         laws,
         record=record,
-        signals=signals,
+        signals="all" if out is None and signals == "auto" else signals,
         worlds=worlds,
         keep_going=keep_going,
         workers=workers if dask is None else CLUSTER,

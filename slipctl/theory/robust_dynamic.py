@@ -87,12 +87,14 @@ class ProportionalDynamicBound:
         a = self.slip_bound
         speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
         kb = a / (1.0 - a)
-        n22 = np.maximum(a + a * a / (1.0 + a), np.abs(-a + a * a / (1.0 - a)))
         yaw_slip = a * speed
         turn_bound = turn + yaw_slip
         speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
-        one, two = 1.0 - 2.0 * a, a + a * a / (1.0 + a)
-        q = np.maximum(kb * np.sqrt(1.0 + one * one), np.sqrt((a / (1.0 + a)) ** 2 + two * two))
+        # the worse sign of v_t: for q it is negative ((q/a)² of the other is less by 8a³/(1 − a²)²), for what
+        # multiplies 2wμ₁ positive (a(1 + 2a)/(1 + a) against a(1 − 2a)/(1 − a))
+        rest = 1.0 - 2.0 * a
+        q = kb * np.sqrt(1.0 + rest * rest)
+        n22 = a + a * a / (1.0 + a)
         squared = turn_bound * turn_bound
         along = (
             a * speed_rate * turn_bound
