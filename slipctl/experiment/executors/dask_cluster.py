@@ -17,7 +17,10 @@ from slipctl.experiment.plan import Chunk
 from slipctl.experiment.store import ChunkFiles
 
 CONNECT_TIMEOUT = 15.0
-"""How long a scheduler may take to answer, and its first worker to appear [s]."""
+"""How long a scheduler may take to answer [s]."""
+
+WORKER_TIMEOUT = 60.0
+"""How long its first worker may take to appear: one that has died takes a while to be started again [s]."""
 
 AHEAD = 2
 """Chunks for every thread of the cluster that are handed over at a time: enough that none is idle, few enough
@@ -134,7 +137,7 @@ def _client(distributed: Any, address: str) -> Any:
 def _checked_threads(client: Any, needed: dict[str, str], address: str) -> int:
     """Return how many threads the cluster has; refuse one whose workers would give other numbers."""
     try:
-        client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
+        client.wait_for_workers(1, timeout=WORKER_TIMEOUT)
     except TimeoutError as error:
         raise ClusterError(
             f"the scheduler at {address} has no worker; start some: dask worker {address}"
