@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_table, with_errors
-from slipctl.simulate import Ending, simulate
+from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_tables, with_errors
+from slipctl.simulate import simulate
 from tests import builders
 
 
@@ -87,7 +87,7 @@ def test_errors_follow_from_their_definitions():
 def test_the_table_survives_a_file_with_units_and_bits(recorded, tmp_path):
     columns, ending, _ = recorded
     columns = with_errors(columns)
-    table = signal_table(7, 1, columns, ending, 0.01)
+    table = signal_tables([3, 7], columns, ending.last_row.tolist(), 0.01)[1]
     pq.write_table(table, tmp_path / "signals.parquet")
     back = pq.read_table(tmp_path / "signals.parquet")
     assert back.num_rows == 51
@@ -103,19 +103,20 @@ def test_flat_inputs_of_a_dynamic_law_are_jerks(recorded):
     columns, ending, _ = recorded
     columns = with_errors(columns)
     for torque, unit in ((False, "m/s²"), (True, "m/s³")):
-        table = signal_table(
-            0, 1, columns | ({"decision.acceleration": columns["slip.yaw"]} if torque else {}), ending, 0.01
-        )
+        more = {"decision.acceleration": columns["slip.yaw"]} if torque else {}
+        table = signal_tables([0, 1], columns | more, ending.last_row.tolist(), 0.01)[1]
         for name in ("decision.nominal_input.x", "decision.robust_input.y", "decision.robust_gain"):
             assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+        covered = columns | more | {"guarantee.uncertainty_covered": columns["slip.yaw"] > 0.0}
+        table = signal_tables([0, 1], covered, ending.last_row.tolist(), 0.01)[1]
+        assert table.schema.field("guarantee.uncertainty_covered").metadata == {b"unit": b"bool"}
         assert table.schema.field("reference.acceleration.x").metadata == {b"unit": "m/s²".encode()}
 
 
 def test_rows_after_the_end_are_left_out_and_missing_law_columns_are_null(recorded):
     columns, _, _ = recorded
     columns = {name: values for name, values in with_errors(columns).items() if name not in LAW_COLUMNS}
-    ending = Ending(status=np.array([0, 2], dtype=np.int8), last_row=np.array([50, 12]))
-    table = signal_table(1, 1, columns, ending, 0.01)
+    table = signal_tables([0, 1], columns, [50, 12], 0.01)[1]
     assert table.num_rows == 13
     assert table["decision.robust_gain"].null_count == 13
     assert "wheel.torque.left" not in table.column_names

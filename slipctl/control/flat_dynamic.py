@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipctl.control.torque import PushMemory, TorqueDrive
+from slipctl.pairs import pair
 from slipctl.theory.dynamic import drift, invert_dynamics
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, TorqueCommand
 
@@ -20,7 +21,7 @@ def flat_errors(reference: Reference, motion: Motion, memory: PushMemory) -> tup
         c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
         turn = motion.forward_speed * motion.yaw_rate
         push = memory.acceleration
-        acceleration = np.stack([push * c - turn * s, push * s + turn * c], axis=-1)
+        acceleration = pair(push * c - turn * s, push * s + turn * c)
     return (
         motion.position - reference.position,
         motion.velocity - reference.velocity,

@@ -102,7 +102,7 @@ class TimeScaledLaw:
         )
         # as in real time, what is remembered is what was commanded, and never below the floor
         acts = limited & (path.rate_after > 0.0)
-        reached = np.divide(command.forward_speed, path.rate_after, out=np.zeros_like(wanted), where=acts)
+        reached = np.divide(command.forward_speed, path.rate_after, out=np.zeros(wanted.shape), where=acts)
         kept = np.where(acts, np.maximum(reached, self.drive.speed_floor), inner.memory.forward_speed)
         trace = replace(
             inner.trace,

@@ -35,6 +35,8 @@ def judged(
         outside = distance > arena
     finite = finite & np.isfinite(distance)
     running = status == Status.RUNNING
+    if not (outside | ~finite).any():
+        return status, running
     new = status.copy()
     new[running & outside] = Status.LEFT_THE_ARENA
     new[running & ~finite] = Status.DIVERGED

@@ -80,7 +80,7 @@ def corrective_input(weighted_error: Array, robust_gain: Array, boundary_layer: 
         [m/s²]; zero where JᵀPe = 0.
     """
     divisor = np.maximum(norm(weighted_error), boundary_layer)
-    scale = np.divide(robust_gain, divisor, out=np.zeros_like(divisor), where=divisor > 0.0)
+    scale = np.divide(robust_gain, divisor, out=np.zeros(divisor.shape), where=divisor > 0.0)
     return -scale[:, None] * weighted_error
 
 
