@@ -67,10 +67,15 @@ def write_signals(file: IO[bytes], plan: Plan, tables: Iterable[pa.Table]) -> in
 
 
 def _writer(file: IO[bytes], schema: pa.Schema) -> pq.ParquetWriter:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    # no dictionary: measured values hardly ever repeat
-    return pq.ParquetWriter(file, schema, compression="zstd", use_dictionary=False)
+    # No dictionary, as measured values hardly ever repeat. Their first bytes do, and splitting brings those
+    # together: LZ4 then packs tighter than zstd without, in a fifth of its time.
+    floats = [field.name for field in schema if field.type == pa.float64()]
+    # only what a reader looks for; the stubs know of all columns or none
+    columns: Any = {"use_byte_stream_split": floats, "write_statistics": ["run", "time"]}
+    return pq.ParquetWriter(file, schema, compression="lz4", use_dictionary=False, **columns)
 
 
 def write_metrics(file: IO[bytes], metrics: pa.Table) -> None:

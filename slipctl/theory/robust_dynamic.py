@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,17 +83,23 @@ class ProportionalDynamicBound:
 
     slip_bound: Array
 
-    def __call__(self, state: DynamicState) -> Array:
-        """Return ρ (N,) [m/s³]."""
+    @cached_property
+    def _constants(self) -> tuple[Array, Array, Array]:
+        """Return kb, n₂₂ and q, which depend on α alone."""
         a = self.slip_bound
-        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
         kb = a / (1.0 - a)
         n22 = np.maximum(a + a * a / (1.0 + a), np.abs(-a + a * a / (1.0 - a)))
+        one, two = 1.0 - 2.0 * a, a + a * a / (1.0 + a)
+        q = np.maximum(kb * np.sqrt(1.0 + one * one), np.sqrt((a / (1.0 + a)) ** 2 + two * two))
+        return kb, n22, q
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        a, (kb, n22, q) = self.slip_bound, self._constants
+        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
         yaw_slip = a * speed
         turn_bound = turn + yaw_slip
         speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
-        one, two = 1.0 - 2.0 * a, a + a * a / (1.0 + a)
-        q = np.maximum(kb * np.sqrt(1.0 + one * one), np.sqrt((a / (1.0 + a)) ** 2 + two * two))
         squared = turn_bound * turn_bound
         along = (
             a * speed_rate * turn_bound
