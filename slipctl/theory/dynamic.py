@@ -6,7 +6,6 @@ Symbols as in the paper; t = (cos θ, sin θ), n = (−sin θ, cos θ), V = v + 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -126,12 +125,12 @@ class Inertia:
     wheel_inertia: float = 0.0
     joint_friction: float = 0.0
 
-    @cached_property
+    @property
     def effective_mass(self) -> float | Array:
         """Mass that a forward acceleration feels, m + 2J/r² (rolling) [kg]."""
         return self.mass + 2.0 * self.wheel_inertia / self.geometry.wheel_radius**2
 
-    @cached_property
+    @property
     def effective_yaw_inertia(self) -> float | Array:
         """Inertia that a yaw acceleration feels, I_z + 2Jb²/r² (rolling) [kg·m²]."""
         ratio = self.geometry.half_track / self.geometry.wheel_radius
