@@ -8,11 +8,12 @@ so that no other version of a checker on the path can answer instead.
 import os
 import subprocess
 import sys
+import sysconfig
 import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PROGRAMS = Path(sys.executable).parent
+PROGRAMS = Path(sysconfig.get_path("scripts"))  # on Windows not always where Python itself is
 
 
 def program(name: str, *arguments: str) -> list[str]:

@@ -29,6 +29,14 @@ pole = -1.0
 """
 """A hundred ticks of the paper's model: milliseconds to run."""
 
+MACHINE = {
+    "system": "Linux",
+    "architecture": "x86_64",
+    "processor": "a processor",
+    "family": "x86_64 AVendor 1",
+}
+"""What fake results and baselines were made on."""
+
 NAMES = (
     "rms_position_error",
     "max_position_error",
@@ -53,12 +61,13 @@ def run_entry(
     seed: int = 1,
     varied: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """One entry of ``runs``: the maximum is three times the RMS, the final error half of it."""
+    """One entry of ``runs``: the maximum is three times the RMS, the final and the cross-track error half."""
     metrics: dict[str, float | None] = dict.fromkeys(NAMES, 0.25)
     metrics |= {
         "rms_position_error": rms,
         "max_position_error": None if rms is None else 3 * rms,
         "final_position_error": None if rms is None else rms / 2,
+        "rms_cross_track_error": None if rms is None else rms / 2,
         "median_slip_ratio": 0.0123,
     }
     return {
@@ -80,7 +89,13 @@ def baseline_of(content: dict[str, Any], tolerance: float = 1e-4) -> Baseline:
             seed=run["seed"],
             status=run["status"],
             metrics={
-                name: Number(value=run["metrics"][name], tolerance=tolerance, why="for a test")
+                name: Number(
+                    value=run["metrics"][name],
+                    tolerance=tolerance,
+                    tolerance_elsewhere=2 * tolerance,
+                    spread=None if run["metrics"][name] is None else tolerance / 10,
+                    why="for a test",
+                )
                 for name in GATED
             },
         )
@@ -91,7 +106,7 @@ def baseline_of(content: dict[str, Any], tolerance: float = 1e-4) -> Baseline:
         scenario_id=content["scenario_id"],
         model_id=content["model_id"],
         versions=content["versions"],
-        machine={},
+        machine=MACHINE,
         commit=None,
         date="2000-01-01",
         reason="for a test",
@@ -130,15 +145,30 @@ class FakeResult:
         runs = self.content["runs"]
         return pa.table(
             {
+                "run": pa.array(range(len(runs)), pa.int32()),
+                "world": pa.array([0] * len(runs), pa.int32()),
+                "controller": pa.array([run["controller"] for run in runs], pa.string()),
                 "end_time": pa.array([self.end_time] * len(runs), pa.float64()),
                 "status": pa.array([run["status"] for run in runs], pa.string()),
             }
         )
 
     @property
+    def signals(self) -> pa.Table:
+        return pa.concat_tables([self.run_signals(run) for run in range(len(self.content["runs"]))])
+
+    def run_signals(self, run: int) -> pa.Table:
+        """A hundred ticks of 0.01 s in which the robot stands still."""
+        names = ("motion.position.x", "motion.position.y", "motion.heading", "error.position")
+        columns: dict[str, Any] = {
+            "run": pa.array([run] * 101, pa.int32()),
+            "time": [k / 100 for k in range(101)],
+        }
+        return pa.table(columns | {name: [0.0] * 101 for name in (*names, "error.cross_track")})
+
+    @property
     def manifest(self) -> dict[str, Any]:
-        machine = {"system": "Linux", "architecture": "x86_64", "processor": "a processor", "cores": 2}
-        return {**self.content, "machine": machine}
+        return {**self.content, "machine": MACHINE | {"cores": 2}}
 
     def json(self) -> dict[str, Any]:
         return self.content

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -31,10 +32,10 @@ class Repository:
         )
         return done.stdout.strip()
 
-    def commit(self, message: str, **files: str) -> str:
-        """Commit all there is after writing these files (``__`` in a name is a dot); return the hash."""
-        for name, text in files.items():
-            (self.folder / name.replace("__", ".")).write_text(text, encoding="utf-8")
+    def commit(self, message: str, files: Mapping[str, str] | None = None) -> str:
+        """Commit all there is after writing these files; return the hash."""
+        for name, text in (files or {}).items():
+            (self.folder / name).write_text(text, encoding="utf-8")
         self.git("add", "--all")
         self.git("commit", "--quiet", "--allow-empty", "--message", message)
         return self.git("rev-parse", "HEAD")

@@ -2,11 +2,22 @@
 
 import os
 import re
+import shlex
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parent.parent
+
+
+WORKFLOW = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
+PAGE = (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")
+SYSTEMS = ["ubuntu-latest", "macos-latest", "windows-latest"]
 
 
 def commands(path):
@@ -33,14 +44,102 @@ def test_ci_run_can_be_executed_and_passes_the_exit_status_on():
 
 
 def test_the_workflow_runs_the_same_script():
-    text = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-    assert "run: .ci/run" in text
-    assert re.findall(r'"3\.\d+"', text) == ['"3.11"', '"3.13"']
+    job = WORKFLOW["jobs"]["tests"]
+    assert ".ci/run" in [step.get("run") for step in job["steps"]]
+    assert job["strategy"]["matrix"]["python"] == ["3.11", "3.13"]
+
+
+def test_on_windows_the_same_is_run_without_a_shell_script():
+    steps = WORKFLOW["jobs"]["tests"]["steps"]
+    own = [step["run"] for step in steps if step.get("if") == "runner.os == 'Windows'"]
+    (line,) = commands(ROOT / ".ci" / "run")
+    install, tests = (part.partition(" && ")[0] for part in line.split(".venv/bin/")[1:])
+    assert own == [f"python -m {install}".replace("'", '"'), tests]
+
+
+@pytest.mark.parametrize("job", ["tests", "gate", "nightly"])
+def test_every_job_runs_on_every_system_and_ends(job):
+    entry = WORKFLOW["jobs"][job]
+    assert entry["strategy"]["matrix"]["system"] == SYSTEMS
+    assert entry["runs-on"] == "${{ matrix.system }}"
+    assert entry["strategy"]["fail-fast"] is False
+    assert entry["timeout-minutes"] <= 60
+
+
+def test_the_gate_runs_on_the_oldest_engine_that_is_supported_and_on_the_newest():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (mujoco,) = [r for r in map(Requirement, project["dependencies"]) if r.name == "mujoco"]
+    oldest, newest = WORKFLOW["jobs"]["gate"]["strategy"]["matrix"]["mujoco"]
+    (lowest,) = [part.version for part in mujoco.specifier if part.operator == ">="]
+    assert oldest.removesuffix(".0") == lowest
+    assert newest == "newest"
+
+
+@pytest.mark.parametrize("job", ["gate", "nightly"])
+def test_what_the_gate_leaves_is_uploaded_when_it_fails(job):
+    steps = WORKFLOW["jobs"][job]["steps"]
+    (check,) = [step["run"] for step in steps if "slipctl check" in step.get("run", "")]
+    upload = next(step for step in steps if "upload-artifact" in step.get("uses", ""))
+    words = shlex.split(check)
+    left = [words[words.index(option) + 1] for option in ("--junit", "--artefacts")]
+    assert upload["with"]["path"].split() == left
+    assert upload["if"] == "${{ !cancelled() }}"
+
+
+def test_the_nightly_job_tries_what_is_not_released():
+    triggers = WORKFLOW[True]  # YAML takes the word `on` for a truth value
+    assert set(triggers) == {"push", "pull_request", "schedule", "workflow_dispatch"}
+    job = WORKFLOW["jobs"]["nightly"]
+    assert "schedule" in job["if"]
+    (install,) = [step["run"] for step in job["steps"] if "--pre" in step.get("run", "")]
+    assert {"mujoco", "numpy", "scipy", "rerun-sdk", "-U"} <= set(shlex.split(install))
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_ten_lines_of_the_page_are_a_workflow():
+    (text,) = blocks("yaml")
+    assert len(text.splitlines()) == 10
+    steps = yaml.safe_load(text)["jobs"]["gate"]["steps"]
+    (check,) = [step["run"] for step in steps if "slipctl check" in step.get("run", "")]
+    (upload,) = [step for step in steps if "upload-artifact" in step.get("uses", "")]
+    # what is written by default lies in the folder that is uploaded
+    assert upload["with"]["path"] == "runs"
+    assert "--junit runs/check.xml" in check
+
+
+def commands_of_the_page():
+    lines = [line for text in blocks("sh") for line in text.splitlines()]
+    lines += [
+        step["run"] for step in yaml.safe_load(blocks("yaml")[0])["jobs"]["gate"]["steps"] if "run" in step
+    ]
+    return sorted({line for line in lines if line.startswith("slipctl ")})
+
+
+@pytest.mark.parametrize("line", [*commands_of_the_page(), "slipctl check --junit a --artefacts b"])
+def test_every_command_of_the_page_has_only_options_that_exist(line):
+    name, *words = shlex.split(line, comments=True)[1:]
+    assert {word for word in words if word.startswith("--")} <= options(name)
+
+
+def test_every_option_that_the_page_names_exists():
+    named = set(re.findall(r"(?<![\w-])--[a-z]+(?:-[a-z]+)*", PAGE))
+    assert {"--junit", "--artefacts", "--record", "--update", "--reason", "--json", "--against"} <= named
+    assert named - {"--format"} <= options("check") | options("run")  # git has one of its own
+
+
+def options(name):
+    import typer
+
+    from slipctl.cli.app import app
+
+    group: Any = typer.main.get_command(app)
+    return {option for parameter in group.commands[name].params for option in parameter.opts}
 
 
 def test_every_direct_dependency_is_pinned_within_its_range():
-    from packaging.requirements import Requirement
-
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = dict(line.lower().split("==") for line in lines if line and not line.startswith("#"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

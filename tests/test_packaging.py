@@ -14,7 +14,7 @@ import pytest
 from tests.fakes import SHORT_SCENARIO
 
 ROOT = Path(__file__).resolve().parent.parent
-DATA = (".toml", ".xml", ".json")
+DATA = (".toml", ".xml", ".json", ".parquet")
 
 
 @pytest.fixture(scope="module")
@@ -31,27 +31,28 @@ def wheel(tmp_path_factory):
 def installed(wheel, tmp_path_factory):
     """Programs of a clean environment: the wheel, and a path file that leads to the dependencies."""
     place = tmp_path_factory.mktemp("clean")
-    venv.create(place, with_pip=True, symlinks=True)
-    (packages,) = place.glob("lib/python*/site-packages")
-    install = [place / "bin" / "python", "-m", "pip", "install", "-q", "--no-deps", "--no-index", wheel]
+    venv.create(place, with_pip=True, symlinks=os.name != "nt")
+    programs = place / ("Scripts" if os.name == "nt" else "bin")
+    (packages,) = place.glob("[Ll]ib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
+    install = [programs / "python", "-m", "pip", "install", "-q", "--no-deps", "--no-index", wheel]
     subprocess.run(install, check=True, capture_output=True)
     assert (packages / "slipctl").is_dir()
     # A path file adds these folders but does not read the path files in them: the dependencies come along,
     # the editable installation of the checkout does not.
     entries = [entry for entry in sys.path if entry.endswith(("site-packages", "dist-packages"))]
     (packages / "dependencies.pth").write_text("\n".join(entries) + "\n")
-    return place / "bin"
+    return programs
 
 
 def call(installed, folder, *arguments):
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"CI": "1"}
     command = [str(installed / "python"), "-m", "slipctl.cli", *arguments]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, encoding="utf-8")
 
 
 def shipped(kind):
     """Files of a data folder, as they stand in the checkout."""
-    return {str(path.relative_to(ROOT)) for path in (ROOT / kind).rglob("*.*") if path.suffix in DATA}
+    return {path.relative_to(ROOT).as_posix() for path in (ROOT / kind).rglob("*.*") if path.suffix in DATA}
 
 
 def test_models_scenarios_and_baselines_are_inside(wheel):
@@ -63,9 +64,15 @@ def test_models_scenarios_and_baselines_are_inside(wheel):
 
 def test_the_wheel_holds_every_module_and_nothing_else(wheel):
     names = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".py")}
-    assert names == {str(path.relative_to(ROOT)) for path in (ROOT / "slipctl").rglob("*.py")}
+    assert names == {path.relative_to(ROOT).as_posix() for path in (ROOT / "slipctl").rglob("*.py")}
     tops = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
     assert tops == {"slipctl", f"slipctl-{version()}.dist-info"}
+
+
+def test_the_wheel_tells_pytest_of_the_plugin(wheel):
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (name for name in archive.namelist() if name.endswith("entry_points.txt"))
+    assert "[pytest11]\nslipctl = slipctl.pytest_plugin" in archive.read(name).decode()
 
 
 def version():

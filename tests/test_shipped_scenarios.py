@@ -10,6 +10,8 @@ import pytest
 from slipctl import scenario as files
 from slipctl import shipped
 from slipctl.experiment import Result, run
+from slipctl.regression.claims import judge_claims
+from slipctl.regression.judge import Verdict
 
 
 @cache
@@ -35,6 +37,35 @@ def test_every_shipped_scenario_runs_as_it_stands(name):
     for row in result.metrics.to_pylist():
         assert row["status"] == "completed"
         assert row["rms_position_error"] <= row["max_position_error"]
+
+
+CLAIMING = [name for name in shipped.scenario_names() if files.load(name).expect]
+
+
+@pytest.mark.parametrize("name", CLAIMING)
+def test_every_claim_of_a_shipped_scenario_holds(name):
+    findings = judge_claims(files.load(name), result_of(name).json())
+    assert findings
+    assert [str(finding) for finding in findings if finding.verdict is not Verdict.CLAIM_HELD] == []
+    # a price or an interval that is claimed leaves a margin, so that another processor changes nothing
+    for finding in findings:
+        if finding.metric not in ("status", "guarantee_fraction"):
+            required, measured = finding.baseline, finding.current
+            assert isinstance(required, float)
+            assert isinstance(measured, float)
+            low, high = finding.interval or (measured, measured)
+            assert max(required / high, low / required) > 1.02
+
+
+def test_where_the_robust_law_loses_the_files_say_so():
+    """Of the laws of one scenario, the one that a claim says is better."""
+    losses = {
+        name
+        for name in CLAIMING
+        for claim in files.load(name).expect
+        if isinstance(claim, files.Better) and claim.controller.startswith("nominal")
+    }
+    assert losses == {"friction-sweep", "tyre-creep", "ice-stripes", "slope-torque"}
 
 
 PAPER = {

@@ -6,7 +6,9 @@ Nothing but the command line itself is imported until a command needs it, so tha
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 
 from slipctl.cli.exits import Exit, explain
 
@@ -24,6 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
+    for stream in (sys.stdout, sys.stderr):
+        can_say_everything(stream)
     try:
         from slipctl.cli.app import app
 
@@ -35,3 +39,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         return explain(error)
     return Exit.GOOD
+
+
+def can_say_everything(stream: object) -> None:
+    """Let a stream take every character: an arrow in a message must not end a check.
+
+    Where nobody looks (a pipe or a file, as in CI on Windows) text is UTF-8, as it is elsewhere. A terminal
+    keeps its encoding, and shows a question mark for what it does not have.
+    """
+    if not isinstance(stream, TextIOWrapper) or stream.encoding.lower().startswith("utf"):
+        return
+    if stream.isatty():
+        stream.reconfigure(errors="replace")
+    else:
+        stream.reconfigure(encoding="utf-8")

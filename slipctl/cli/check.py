@@ -11,7 +11,16 @@ import typer
 from slipctl.cli.certify import RequireCertified, require
 from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Quiet, Threads
+from slipctl.cli.outputs import (
+    Artefacts,
+    Junit,
+    check_junit,
+    judged,
+    record_failing,
+    write_outputs,
+)
 from slipctl.cli.progress import interruptible, progress_bar
+from slipctl.cli.recording import reason_to_record, record_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,13 +38,26 @@ def check(
             show_default=False,
         ),
     ] = None,
+    record: Annotated[
+        bool, typer.Option("--record", help="Record a first baseline: numbers and measured tolerances.")
+    ] = False,
     update: Annotated[
-        bool, typer.Option("--update", help="Record the present numbers as the baseline.")
+        bool, typer.Option("--update", help="Record it again, in place of the old one; needs --reason.")
     ] = False,
     reason: Annotated[
         str | None,
         typer.Option("--reason", metavar="TEXT", help="Why the numbers may change; kept in the baseline."),
     ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            "--against",
+            metavar="REV|RUN",
+            help="Compare with another git revision, run here and now, or with a run folder.",
+        ),
+    ] = None,
+    junit: Junit = None,
+    artefacts: Artefacts = "runs/check",
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
@@ -45,44 +67,47 @@ def check(
 
     Worse than recorded, or another status: exit 1. No sound baseline: exit 3, unless something else failed.
     """
-    if update and not (reason or "").strip():
-        raise BadInput(
-            "--update needs --reason: say why the numbers may change, for those who read the baseline later"
-        )
-    if reason is not None and not update:
-        raise BadInput("--reason goes with --update only")
+    why = reason_to_record(record, update, reason)
+    if against is not None and why is not None:
+        raise BadInput("--against compares and records nothing: it does not go with --record or --update")
+    check_junit(junit, why is None)
     from slipctl import regression
 
     names = scenarios or regression.recorded_scenarios()
     if not names:
         print(
-            "no scenario has a baseline; record one: slipctl check NAME --update --reason '…'",
+            "no scenario has a baseline; record one: slipctl check NAME --record",
             file=sys.stderr,
         )
         raise typer.Exit(Exit.NOT_JUDGED)
     loaded = _read(names)
     if require_certified:
         require(loaded)
-    reports = []
-    for name in names:
-        stopped = f"interrupted; {name} was not judged"
-        with interruptible(stopped), progress_bar(quiet) as progress:
-            if reason is not None:
-                report, path = regression.update(name, reason.strip(), threads, progress)
+    if why is not None:
+        record_all(names, loaded, why, record, threads, json_output, quiet)
+        return
+    if against is not None:
+        _look_up(names, against)
+    reports, told = [], []
+    for name, scenario in zip(names, loaded, strict=True):
+        with interruptible(f"interrupted; {name} was not judged"), progress_bar(quiet) as progress:
+            if against is None:
+                report = regression.check(name, threads, progress)
             else:
-                report, path = regression.check(name, threads, progress), None
+                report = regression.against(name, against, threads, progress)
         reports.append(report)
         for note in report.notes:
             print(f"{report.scenario}: {note}", file=sys.stderr)
         if not json_output and not quiet:
-            _show(report, updated=update)
-        if path is not None:
-            print(f"{path} written", file=sys.stderr)
-    status = Exit.GOOD if update else verdict(reports)
+            _show(report)
+        command = record_failing(name, scenario, report, artefacts, threads)
+        told.append(judged(name, report, command))
+    status = verdict(reports)
     if json_output and status < Exit.BAD_INPUT:
         print(json.dumps(as_json(reports, passed=status == Exit.GOOD), allow_nan=False, ensure_ascii=False))
-    if (json_output or quiet) and not update:
+    if json_output or quiet:
         _say_failures(reports)
+    write_outputs(told, junit, json_output)
     if status:
         raise typer.Exit(status)
 
@@ -107,15 +132,28 @@ def _read(names: Sequence[str]) -> list[Scenario]:
     return [load(name) for name in names]
 
 
-def _show(report: Report, updated: bool) -> None:
+def _look_up(names: Sequence[str], against: str) -> None:
+    from slipctl.regression import UnknownRevision, look_up
+
+    try:
+        look_up(names, against)
+    except UnknownRevision as error:
+        raise BadInput(str(error)) from None
+
+
+def _show(report: Report) -> None:
     from rich.console import Console
+    from rich.text import Text
 
     from slipctl.report.certificate import standing_line
     from slipctl.report.findings import lines
 
     console = Console(highlight=False)
-    for line in lines(report.scenario, [finding.json() for finding in report.findings], updated):
-        console.print(line, soft_wrap=True)
+    findings = [finding.json() for finding in report.findings]
+    said = judged(report.scenario, report, None)
+    # what is better than another revision need not be recorded
+    for line in lines(report.scenario, findings, updated=said.against is not None, since=said.since):
+        console.print(line, soft_wrap=isinstance(line, Text))
     certified = standing_line(report.certified, report.model)
     if certified is not None:
         console.print(f"  {certified}", markup=False, soft_wrap=True)

@@ -18,7 +18,7 @@ def view(
         Path | None,
         typer.Argument(
             metavar="RUN",
-            help="A run folder or a recording; by default the newest folder in ./runs.",
+            help="A run folder, what slipctl check recorded, or one recording; by default the newest run.",
             show_default=False,
         ),
     ] = None,

@@ -206,8 +206,15 @@ def _kept(
 ) -> Sequence[pa.Table | None]:
     if signals == "none":
         return [None] * len(runs)
-    tables = signal_tables(runs, columns, last_rows, tick)
     if signals == "all":
-        return tables
+        return signal_tables(runs, columns, last_rows, tick)
     ticks = columns["error.position"].shape[1] - 1
-    return [table.take(sampled_rows(ticks, last)) for table, last in zip(tables, last_rows, strict=True)]
+    even = sampled_rows(ticks, ticks)
+    thin = {name: values[:, even] for name, values in columns.items()}
+    tables = signal_tables(runs, thin, [len(even) - 1] * len(runs), tick, even)
+    for place, last in enumerate(last_rows):
+        if last != ticks:  # it ended early, and so with a row of its own
+            own = {name: values[place : place + 1] for name, values in columns.items()}
+            (table,) = signal_tables([runs[place]], own, [last], tick)
+            tables[place] = table.take(sampled_rows(ticks, last))
+    return tables

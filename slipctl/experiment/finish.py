@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
 
 from slipctl import scenario as files
 from slipctl.experiment import certified
@@ -26,22 +29,24 @@ def row_groups(plan: Plan, tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
     ----------
     plan : Plan
     tables : iterable of pyarrow.Table
-        The signals of one run each, in order.
+        The signals of one run or of several, in order.
     """
     import pyarrow as pa
 
-    place = {world: number for number, world in enumerate(plan.worlds)} if plan.worlds else {}
+    worlds = np.asarray(plan.worlds)
     count, together = len(plan.entrants), plan.runs_per_row_group
     waiting: list[pa.Table] = []
     group = -1
     for table in tables:
-        run = table["run"][0].as_py()
-        own = (place[run // count] * count + run % count) // together
-        if waiting and own != group:
-            yield pa.concat_tables(waiting).combine_chunks()
-            waiting = []
-        group = own
-        waiting.append(table)
+        runs = table["run"].to_numpy()
+        groups = (np.searchsorted(worlds, runs // count) * count + runs % count) // together
+        cuts = [0, *(np.flatnonzero(np.diff(groups)) + 1).tolist(), len(groups)]
+        for first, end in pairwise(cuts):
+            if waiting and groups[first] != group:
+                yield pa.concat_tables(waiting).combine_chunks()
+                waiting = []
+            group = groups[first]
+            waiting.append(table.slice(first, end - first))
     if waiting:
         yield pa.concat_tables(waiting).combine_chunks()
 
@@ -70,11 +75,11 @@ def _writer(file: IO[bytes], schema: pa.Schema) -> pq.ParquetWriter:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    # No dictionary, as measured values hardly ever repeat. Their first bytes do, and splitting brings those
-    # together: LZ4 then packs tighter than zstd without, in a fifth of its time.
+    # No dictionary: measured values hardly ever repeat. Their first bytes do, and splitting brings those
+    # together: LZ4 then takes a third less room, and half of the time of zstd. Statistics of the run alone:
+    # they are what a reader looks for.
     floats = [field.name for field in schema if field.type == pa.float64()]
-    # only what a reader looks for; the stubs know of all columns or none
-    columns: Any = {"use_byte_stream_split": floats, "write_statistics": ["run", "time"]}
+    columns: Any = {"use_byte_stream_split": floats, "write_statistics": ["run"]}
     return pq.ParquetWriter(file, schema, compression="lz4", use_dictionary=False, **columns)
 
 

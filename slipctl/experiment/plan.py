@@ -15,15 +15,11 @@ from slipctl import scenario as files
 from slipctl.experiment import assemble
 from slipctl.experiment.own import KIND, OwnLaws
 
-LARGEST_CHUNK = 1024
-"""Most worlds of a chunk. They share a batch where they are alike."""
-
-LARGEST_ON_MUJOCO = 256
-"""The same on MuJoCo: costs some 4 % less than 64, and more worlds bring hardly anything. What is lost with a
-process is a minute of one core at most."""
+LARGEST_CHUNK = 512
+"""Most worlds of a chunk. They share a batch where they are alike, and the more do, the less each costs."""
 
 ROWS_IN_MEMORY = 1_000_000
-"""Rows of signals that a process holds at most at a time: about 0.6 GB."""
+"""Rows of signals that all processes of a machine together hold at a time: about 1 GB."""
 
 ALL_ROWS = 10_000_000
 """Up to so many rows of all runs together, all are kept unless told otherwise: about 5 GB on disk."""
@@ -31,12 +27,12 @@ ALL_ROWS = 10_000_000
 SAMPLES = 50
 """Intervals into which a run is divided where its signals are sampled."""
 
-ROW_GROUPS = 2_000
-"""About so many row groups the signals have at most: each costs a reader about 10 kB."""
+GROUP_ROWS = 20_000
+"""Rows that a row group of the signals has about: fewer cost time for every column, more cost whoever reads
+one run."""
 
-ROWS_OF_GROUP = 8_192
-"""About so many rows a group has at least, as far as whole runs allow: small ones take three times as long to
-write and twice as much room."""
+ROW_GROUPS = 1_000
+"""About so many row groups the signals have at most: each takes 0.1 MB of memory while it is written."""
 
 CHUNKS_PER_WORKER = 4
 """At least so many chunks for every worker, so that none is idle for long at the end."""
@@ -113,10 +109,10 @@ class Plan:
 
     @property
     def runs_per_row_group(self) -> int:
-        """Runs that share a row group of the signals: more of short runs, and of very many."""
+        """Runs that share a row group of the signals."""
         rows = (int(self.ticks.max()) if self.signals == "all" else SAMPLES) + 1
-        wanted = max(-(-self.run_count // ROW_GROUPS), ROWS_OF_GROUP // rows)
-        return max(1, min(wanted, ROWS_IN_MEMORY // rows))
+        wanted = max(GROUP_ROWS // rows, -(-self.run_count // ROW_GROUPS))
+        return max(1, min(wanted, ROWS_IN_MEMORY // 2 // rows))
 
     def chunks(self) -> Iterator[Chunk]:
         """Yield all chunks in order."""
@@ -195,8 +191,7 @@ def make_plan(
     ticks = _ticks(grid, chosen)
     kept, note = _kept(signals, int((ticks + 1).sum()) * len(names))
     rows = (int(ticks.max()) + 1) * (len(names) if kept == "all" else 1)
-    largest = min(LARGEST_CHUNK, LARGEST_ON_MUJOCO) if scenario.plant.kind == "mujoco" else LARGEST_CHUNK
-    largest = max(1, min(largest, ROWS_IN_MEMORY // rows))
+    largest = max(1, min(LARGEST_CHUNK, ROWS_IN_MEMORY // workers // rows))
     if workers > 1:
         fair = -(-len(chosen) // (CHUNKS_PER_WORKER * workers))
         largest = min(largest, max(fair, 1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from slipctl.experiment.chunk import Setup
     from slipctl.scenario import World
-    from slipctl.view import Theorem
+    from slipctl.view import RunInfo, Theorem
 
 MANY = 24
 """Up to so many worlds, all are recorded unless told otherwise; above, those with the largest errors."""
@@ -115,7 +115,7 @@ def record_worlds(
         return {}
     import pyarrow as pa
 
-    from slipctl.view import RunInfo, WorldRecording, world_slug, write_recordings
+    from slipctl.view import WorldRecording, world_slug, write_recordings
 
     runs: dict[int, list[dict[str, Any]]] = {}
     rows = metrics.filter(pa.array(np.isin(metrics["world"].to_numpy(), chosen)))
@@ -124,39 +124,51 @@ def record_worlds(
             runs.setdefault(row["world"], []).append(row)
     grid = setup.plan.grid
     names = {world: world_slug(grid.varied(world), manifest["scenario"]) + ".rrd" for world in runs}
-    recordings = []
-    for index, own in runs.items():
-        world = grid[index]
-        told = tuple(
-            RunInfo(
-                run=row["run"],
-                label=row["controller"],
-                kind=row["kind"],
-                status=row["status"],
-                end_time=row["end_time"],
-                metrics={name: row[name] for name in UNITS},
-                slip_bound=getattr(_config(world, row["controller"]), "slip_bound", None),
-                theorem=_theorem(_config(world, row["controller"])),
-                guarantee={name: row[name] for name in ("first_violation", *METRIC_UNITS)},
-            )
-            for row in own
+    recordings = [
+        WorldRecording(
+            file=names[index],
+            runs=tuple(run_info(grid[index], row) for row in own),
+            info=world_info(grid[index], manifest),
         )
-        info = {
-            "scenario": manifest["scenario"],
-            "scenario_id": manifest["scenario_id"],
-            "model_id": manifest["model_id"],
-            "versions": manifest["versions"],
-            "description": world.scenario.description,
-            "varied": world.varied,
-            "seed": world.seed,
-            "tick": world.scenario.tick,
-            "units": UNITS,
-            **_floor(world),
-        }
-        recordings.append(WorldRecording(file=names[index], runs=told, info=info))
+        for index, own in runs.items()
+    ]
     shapes = setup.robot.shapes if grid[0].scenario.plant.kind == "mujoco" else None
     write_recordings(folder, signals, recordings, shapes)
     return names
+
+
+def world_info(world: World, manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a recording says of its world, see `slipctl.view.recording.write`."""
+    return {
+        "scenario": manifest["scenario"],
+        "scenario_id": manifest["scenario_id"],
+        "model_id": manifest["model_id"],
+        "versions": manifest["versions"],
+        "description": world.scenario.description,
+        "varied": world.varied,
+        "seed": world.seed,
+        "tick": world.scenario.tick,
+        "units": UNITS,
+        **_floor(world),
+    }
+
+
+def run_info(world: World, run: Mapping[str, Any]) -> RunInfo:
+    """Return what a recording says of a run of a world, from its row of metrics."""
+    from slipctl.view import RunInfo
+
+    config = _config(world, run["controller"])
+    return RunInfo(
+        run=run["run"],
+        label=run["controller"],
+        kind=run["kind"],
+        status=run["status"],
+        end_time=run["end_time"],
+        metrics={name: run[name] for name in UNITS},
+        slip_bound=getattr(config, "slip_bound", None),
+        theorem=_theorem(config),
+        guarantee={name: run[name] for name in ("first_violation", *METRIC_UNITS)},
+    )
 
 
 def _floor(world: World) -> dict[str, Any]:

@@ -16,11 +16,14 @@ from slipctl.experiment.executors import Executor, Lost, choose
 from slipctl.experiment.finish import manifest
 from slipctl.experiment.machine import machine, versions
 from slipctl.experiment.own import OwnLaws, check_labels
-from slipctl.experiment.plan import Chunk, make_plan, read_plan
+from slipctl.experiment.plan import Chunk, Plan, make_plan, read_plan
 from slipctl.experiment.record import check_choice
 from slipctl.experiment.result import Result
 from slipctl.experiment.resuming import same_as_before
 from slipctl.experiment.store import Store, resume_command
+
+CLUSTER = 4
+"""Workers that are reckoned with where a cluster simulates: chunks are then small enough to be shared out."""
 
 Progress = Callable[[int, int, str], None]
 Begun = Callable[[Path, int], None]
@@ -54,7 +57,7 @@ def run(
         ``none`` or ``worst:N``. Without `out`, none.
     signals : str
         Which rows of the signals are kept: ``all``, ``sampled`` (at most 51 of each run), ``none``, or
-        ``auto``, which is ``all`` unless that were very many.
+        ``auto``, which is ``all`` unless that were very many on a disk.
     threads : int, optional
         Threads for MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
     workers : int
@@ -103,10 +106,10 @@ def run(
         scenario,
         laws,
         record=record,
-        signals=signals,
+        signals="all" if out is None and signals == "auto" else signals,
         worlds=worlds,
         keep_going=keep_going,
-        workers=workers,
+        workers=workers if dask is None else CLUSTER,
     )
     executor = choose(workers, dask, threads)
     # the model is read before the first tick, so that a wrong one is refused before any work
@@ -167,18 +170,18 @@ def _on_disk(
     setup: Setup, told: dict, executor: Executor, store: Store, progress: Progress | None, began: float
 ) -> Result:
     plan = setup.plan
-    kept = {chunk.index for chunk in plan.chunks() if store.metrics(chunk) is not None}
     lost_ones: dict[int, Output] = {}
     try:
-        for ended in _simulate(setup, executor, store, kept, progress):
+        for ended in _simulate(setup, executor, store, _kept(plan, store), progress):
             if isinstance(ended, Lost):
                 lost_ones[ended.chunk.index] = lost(plan, ended.chunk, ended.reason)
-            else:
-                if ended.output is not None:
-                    store.keep(ended.output)
-                kept.add(ended.chunk.index)
+            elif ended.output is not None:
+                store.keep(ended.output)
         return conclude(setup, told, store, lost_ones, began)
     except BaseException as error:
+        if store.published is not None:  # all is done but for removing what is no longer needed
+            raise
+        kept = _kept(plan, store)  # on the disk: a chunk may be there of which nobody was told yet
         if not kept and not lost_ones and not isinstance(error, StorageError):
             store.discard()
             raise
@@ -188,6 +191,10 @@ def _on_disk(
             raise Interrupted(store.folder, done, len(plan.worlds)) from None
         error.add_note(f"what is finished is kept; go on: {resume_command(store.folder)}")
         raise
+
+
+def _kept(plan: Plan, store: Store) -> set[int]:
+    return {chunk.index for chunk in plan.chunks() if store.metrics(chunk) is not None}
 
 
 def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | None) -> Result:

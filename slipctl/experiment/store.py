@@ -2,7 +2,7 @@
 
     NAME.unfinished/plan.json                what is to be done, with the versions that do it
     NAME.unfinished/chunks/000012.arrow      rows of metrics of chunk 12: there last, so that it is whole
-    NAME.unfinished/chunks/000012.signals    its signals, one batch of rows per run
+    NAME.unfinished/chunks/000012.signals    its signals, in batches of whole runs
 
 When all is done the results are put beside these, the folder is renamed, and these are removed.
 """
@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -22,13 +22,15 @@ from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError, publish
 from slipctl.experiment.lock import NAME as LOCK
 from slipctl.experiment.lock import FolderLock
-from slipctl.experiment.plan import Chunk, canonical_json
+from slipctl.experiment.plan import GROUP_ROWS, Chunk, canonical_json
+from slipctl.experiment.result import MANIFEST
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 PLAN = "plan.json"
 CHUNKS = "chunks"
+UNFINISHED = ".unfinished"
 FORMAT = 1
 
 
@@ -56,9 +58,10 @@ class ChunkFiles:
         """
         try:
             if output.signals:
-                durable.write(self._signals(output.chunk), lambda file: _write(file, output.signals))
+                pieces = _pieces(output.signals)
+                durable.write(self._signals(output.chunk), lambda file: _write(file, pieces))
             marked = output.metrics.replace_schema_metadata(self._mark(output.chunk))
-            durable.write(self._metrics(output.chunk), lambda file: _write(file, (marked,)))
+            durable.write(self._metrics(output.chunk), lambda file: _write(file, iter((marked,))))
         except OSError as error:
             raise storage_error(self.folder, error) from error
 
@@ -75,7 +78,7 @@ class ChunkFiles:
         return table if table.schema.metadata == self._mark(chunk) else None
 
     def signals(self, chunk: Chunk) -> Iterator[pa.Table]:
-        """Yield the signals of a chunk, run by run; mapped, not read into memory."""
+        """Yield the signals of a chunk, one run or several at a time; mapped, not read into memory."""
         import pyarrow as pa
 
         if not self._signals(chunk).exists():
@@ -103,11 +106,14 @@ class Store(ChunkFiles):
     folder : pathlib.Path
     plan : dict
         The content of its `PLAN`.
+    published : pathlib.Path or None
+        The run folder that it has become.
     """
 
     def __init__(self, folder: Path, lock: FolderLock, plan: dict[str, Any]) -> None:
         super().__init__(folder, plan["scenario_id"])
         self.plan = plan
+        self.published: Path | None = None
         self._lock = lock
 
     @classmethod
@@ -147,9 +153,10 @@ class Store(ChunkFiles):
             Where it is none, is finished, or another process is at work on it.
         """
         path = folder / PLAN
+        if (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name:
+            _tidy(folder)  # the process may have died between its last two steps
+            raise ResumeError(f"{folder} is finished: there is nothing to go on with")
         if not path.is_file():
-            if (folder / "manifest.json").is_file():
-                raise ResumeError(f"{folder} is finished: there is nothing to go on with")
             raise ResumeError(f"{folder} is no unfinished sweep: it has no {PLAN}{_there_are(folder)}")
         lock = FolderLock(folder)
         try:
@@ -187,13 +194,12 @@ class Store(ChunkFiles):
         """Rename the folder to `out`/`name`, or -2, -3 …, and remove what was needed to go on only."""
         if os.name == "nt":  # a folder with an open file in it cannot be renamed there
             self._lock.release()
-        target = publish(self.folder, out, name)
+        self.published = publish(self.folder, out, name)
         durable.sync_folder(out)
-        (target / PLAN).unlink()
-        shutil.rmtree(target / CHUNKS, ignore_errors=True)
+        _tidy(self.published)
         self._lock.release()
-        (target / LOCK).unlink(missing_ok=True)
-        return target
+        (self.published / LOCK).unlink(missing_ok=True)
+        return self.published
 
     def close(self) -> None:
         """Let another process go on with it."""
@@ -220,10 +226,16 @@ def resume_command(folder: Path) -> str:
     return f"slipctl sweep --resume {shlex.quote(str(folder))}"
 
 
+def _tidy(finished: Path) -> None:
+    """Remove from a run folder what was needed to go on only."""
+    (finished / PLAN).unlink(missing_ok=True)
+    shutil.rmtree(finished / CHUNKS, ignore_errors=True)
+
+
 def _new_folder(out: Path, name: str) -> Path:
     number = 1
     while True:
-        folder = out / (f"{name}.unfinished" if number == 1 else f"{name}.unfinished-{number}")
+        folder = out / (f"{name}{UNFINISHED}" if number == 1 else f"{name}{UNFINISHED}-{number}")
         try:
             folder.mkdir()
         except FileExistsError:
@@ -240,12 +252,30 @@ def _there_are(folder: Path) -> str:
     return f"; there {'is' if len(found) == 1 else 'are'} {', '.join(found)}" if found else ""
 
 
-def _write(file: IO[bytes], tables: tuple[pa.Table, ...]) -> None:
+def _pieces(tables: Sequence[pa.Table]) -> Iterator[pa.Table]:
+    """Yield the signals of runs together until they are enough rows: a batch costs time for every column."""
     import pyarrow as pa
 
-    with pa.ipc.new_file(file, tables[0].schema) as writer:
-        for table in tables:
-            writer.write_table(table.combine_chunks())
+    waiting, rows = [], 0
+    for table in tables:
+        waiting.append(table)
+        rows += table.num_rows
+        if rows >= GROUP_ROWS:
+            yield pa.concat_tables(waiting)
+            waiting, rows = [], 0
+    if waiting:
+        yield pa.concat_tables(waiting)
+
+
+def _write(file: IO[bytes], tables: Iterator[pa.Table]) -> None:
+    import pyarrow as pa
+
+    writer = None
+    for table in tables:
+        writer = writer or pa.ipc.new_file(file, table.schema)
+        writer.write_table(table.combine_chunks())
+    assert writer is not None, "there is at least one table"
+    writer.close()
 
 
 def _read(path: Path) -> pa.ipc.RecordBatchFileReader:

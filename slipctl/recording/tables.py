@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 
 
 def signal_tables(
-    runs: Sequence[int], columns: Columns, last_rows: Sequence[int], tick: float
+    runs: Sequence[int],
+    columns: Columns,
+    last_rows: Sequence[int],
+    tick: float,
+    numbers: Sequence[int] | None = None,
 ) -> list[pa.Table]:
     """Return the rows of every world of a simulation as a table with units in the field metadata.
 
@@ -29,6 +33,8 @@ def signal_tables(
         The last row that counts, of every world; rows after it are left out.
     tick : float
         [s].
+    numbers : sequence of int, optional
+        Which ticks the T columns are; 0 … T − 1 unless told otherwise.
 
     Returns
     -------
@@ -45,7 +51,7 @@ def signal_tables(
     has_tick = _bits(told)
     arrays = [
         pa.array(np.repeat(np.array(runs, dtype=np.int32), rows)),
-        pa.array(np.tile(np.arange(rows) * tick, worlds)),
+        pa.array(np.tile(np.array(range(rows) if numbers is None else numbers) * tick, worlds)),
     ]
     fields = [pa.field("run", pa.int32(), metadata={"unit": "1"})]
     fields.append(pa.field("time", pa.float64(), metadata={"unit": "s"}))

@@ -6,18 +6,14 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-GATED = ("rms_position_error", "max_position_error", "final_position_error")
-"""The metrics a baseline holds, all in metres."""
+from slipctl.regression.gated import GATED, is_chaotic
 
-CHAOTIC_FACTOR = 3.0
-"""A chaotic number counts as worse above this multiple of the largest value seen, as better below this
-fraction of it."""
-
-DEFAULTS = (("chaotic", False), ("nudged_statuses", []))
+FORMAT = 2
+"""Version of the file. Format 1 held three metrics and guessed tolerances."""
 
 
 class CannotJudge(Exception):
@@ -27,31 +23,57 @@ class CannotJudge(Exception):
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 """A number that can be compared: nothing is ever worse than NaN or than infinity more."""
 
+Size = Annotated[Finite, Field(ge=0.0)]
+
 
 class _Strict(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
 class Number(_Strict):
-    """One metric of one run.
+    """One metric of one run. All numbers are in the metric's unit, see `slipctl.metrics.UNITS`.
 
     Attributes
     ----------
     value
-        The metric [m]; None where it was not finite.
+        The metric; None where it was not finite, or where the law has no theorem to guarantee anything.
     tolerance
-        How far a later value may lie above [m].
+        How far a later value may be worse: same engine, same family of processor.
+    tolerance_elsewhere
+        The same for another engine, operating system or family of processor.
+    spread
+        Largest difference seen from starts moved by a nanometre or a nanoradian and on one to three threads;
+        None where one of those runs ended otherwise, so that there is nothing to subtract.
+    halving
+        Difference seen with half the timestep; None where the plant has none, or the number was not finite.
+    gate
+        ``number``: judged by the tolerance. ``verdict``: chaotic, kept for information only; the run is
+        judged by its status and by the scenario's claims.
     why
         Where the tolerance comes from, with the measured numbers.
-    chaotic
-        Whether a start moved by a nanometre changed the value so much that only its order of magnitude is
-        gated.
     """
 
     value: Finite | None
-    tolerance: Annotated[Finite, Field(ge=0.0)]
+    tolerance: Size
+    tolerance_elsewhere: Size
+    spread: Size | None = None
+    halving: Size | None = None
+    gate: Literal["number", "verdict"] = "number"
     why: str
-    chaotic: bool = False
+
+    @model_validator(mode="after")
+    def _tolerance_covers_what_was_seen(self) -> Self:
+        if self.gate == "number":
+            if (self.spread or 0.0) > self.tolerance:
+                raise ValueError(
+                    f"the spread {self.spread:g} is larger than the tolerance {self.tolerance:g}"
+                )
+            if (self.halving or 0.0) > self.tolerance_elsewhere:
+                said = f"{self.halving:g} is larger than the tolerance elsewhere {self.tolerance_elsewhere:g}"
+                raise ValueError(f"the difference at half the timestep {said}")
+        if self.tolerance > self.tolerance_elsewhere:
+            raise ValueError("the tolerance elsewhere is smaller than the tolerance")
+        return self
 
 
 class RunBaseline(_Strict):
@@ -63,8 +85,8 @@ class RunBaseline(_Strict):
         Which run of the scenario this is.
     status
         How it ended.
-    nudged_statuses
-        Other statuses that runs from a start moved by a nanometre ended with: accepted as well.
+    statuses_seen
+        Other statuses that the runs behind the tolerances ended with: accepted as well, and said.
     metrics
         Metric name to number.
     """
@@ -73,7 +95,7 @@ class RunBaseline(_Strict):
     varied: dict[str, Any]
     seed: int
     status: str
-    nudged_statuses: list[str] = []
+    statuses_seen: list[str] = []
     metrics: dict[str, Number]
 
     @field_validator("metrics")
@@ -82,6 +104,16 @@ class RunBaseline(_Strict):
         if set(metrics) != set(GATED):
             raise ValueError(f"it must hold {', '.join(GATED)}, and no other metric")
         return metrics
+
+    @model_validator(mode="after")
+    def _gated_by_what_was_seen(self) -> Self:
+        for metric, number in self.metrics.items():
+            chaotic = is_chaotic(metric, number.value, number.spread)
+            if number.gate == "number" and chaotic:
+                raise ValueError(f"{metric} moved so far that it cannot be gated on its number")
+            if number.gate == "verdict" and not (chaotic or self.statuses_seen or number.spread is None):
+                raise ValueError(f"{metric} is gated on verdicts only, but it hardly moved")
+        return self
 
 
 class Baseline(_Strict):
@@ -94,7 +126,7 @@ class Baseline(_Strict):
     scenario, scenario_id, model_id, versions
         As in the output of ``slipctl run --json``.
     machine
-        Processor and operating system.
+        Operating system, architecture, processor and its family, see `slipctl.experiment.machine`.
     commit
         Git commit of slipctl, where known.
     date
@@ -105,7 +137,7 @@ class Baseline(_Strict):
         One per controller, world and seed.
     """
 
-    format: Literal[1] = 1
+    format: Literal[2] = FORMAT
     scenario: str
     scenario_id: str
     model_id: str | None
@@ -122,32 +154,54 @@ def run_key(controller: str, varied: Mapping[str, Any], seed: int) -> tuple[str,
     return controller, json.dumps(dict(varied), sort_keys=True), seed
 
 
-def read(path: Path, source: str | None = None) -> Baseline:
+def read(path: Path, source: str | None = None, command: str | None = None) -> Baseline:
     """Read the baseline of a scenario that the user called `source`, by default by the file's name.
+
+    Messages name the `command` that records it, by default that of `slipctl check`.
 
     Raises
     ------
     CannotJudge
-        The file is missing, cut off, not a baseline or holds the same run twice.
+        The file is missing, cut off, of another format, not a baseline, holds the same run twice, or its
+        tolerances are smaller than the movements they were made from.
     """
+    name = source or path.stem
+    once = command or f"slipctl check {name} --record"
+    again = "record it again: " + (command or f"slipctl check {name} --update --reason '…'")
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise CannotJudge(
-            f"no baseline {path}; record one: slipctl check {source or path.stem} --update --reason '…'"
-        ) from None
+        raise CannotJudge(f"no baseline {path}; record one: {once}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise CannotJudge(f"baseline {path} cannot be read: {error}") from None
+    found = _format(text)
+    if isinstance(found, int) and found > FORMAT:
+        raise CannotJudge(
+            f"baseline {path} is of format {found}, newer than this slipctl, which reads format {FORMAT}; "
+            "use a newer slipctl"
+        )
+    if found == 1:
+        raise CannotJudge(f"baseline {path} is of format 1, whose tolerances were not measured; {again}")
     try:
         baseline = Baseline.model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise CannotJudge(f"baseline {path} is damaged at {where}: {first['msg']}") from None
+        message = " ".join(first["msg"].removeprefix("Value error, ").split())
+        raise CannotJudge(f"baseline {path} is damaged at {where}: {message}; {again}") from None
     keys = [run_key(run.controller, run.varied, run.seed) for run in baseline.runs]
     if not keys or len(set(keys)) < len(keys):
-        raise CannotJudge(f"baseline {path} is damaged: {'no runs' if not keys else 'the same run twice'}")
+        wrong = "no runs" if not keys else "the same run twice"
+        raise CannotJudge(f"baseline {path} is damaged: {wrong}; {again}")
     return baseline
+
+
+def _format(text: str) -> Any:
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return content.get("format") if isinstance(content, dict) else None
 
 
 def write(baseline: Baseline, path: Path) -> None:
@@ -161,7 +215,7 @@ def write(baseline: Baseline, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        beside.write_text(_text(baseline), encoding="utf-8")
+        beside.write_text(_text(baseline), encoding="utf-8", newline="\n")
         beside.replace(path)
     finally:
         beside.unlink(missing_ok=True)
@@ -172,16 +226,10 @@ def _text(baseline: Baseline) -> str:
     runs = []
     for run in content.pop("runs"):
         numbers = run.pop("metrics")
-        lines = ",\n".join(f"   {_line(name)}: {_line(_short(number))}" for name, number in numbers.items())
-        run = _short(run)
+        lines = ",\n".join(f"   {_line(name)}: {_line(number)}" for name, number in numbers.items())
         runs.append(_line(run)[:-1] + ', "metrics": {\n' + lines + "\n  }}")
     head = json.dumps(content, indent=1, ensure_ascii=False)[:-2]
     return head + ',\n "runs": [\n  ' + ",\n  ".join(runs) + "\n ]\n}\n"
-
-
-def _short(table: dict[str, Any]) -> dict[str, Any]:
-    """Leave out what is at its default: it is so nearly everywhere."""
-    return {key: value for key, value in table.items() if (key, value) not in DEFAULTS}
 
 
 def _line(value: object) -> str:

@@ -1,18 +1,18 @@
-"""Run scenarios and hold them against their baselines, or record new ones."""
+"""Run scenarios and hold them against their baselines."""
 
 from __future__ import annotations
 
-import datetime
-import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from slipctl import experiment, shipped
-from slipctl.regression.baseline import Baseline, CannotJudge, read, write
+from slipctl.experiment.own import OwnLaws
+from slipctl.regression.baseline import Baseline, CannotJudge, read
+from slipctl.regression.claims import judge_claims
 from slipctl.regression.judge import Finding, Verdict, judge
-from slipctl.regression.tolerance import NUDGE, measure
+from slipctl.regression.origin import Origin, differences, is_elsewhere
 from slipctl.scenario import Scenario, load, scenario_id
 
 Progress = Callable[[int, int, str], None]
@@ -35,6 +35,8 @@ class Report:
         where the plant has no engine.
     model
         The scenario's robot model.
+    recorded
+        ``commit``, ``date`` and ``reason`` of the baseline; None where there is no sound one.
     """
 
     scenario: str
@@ -42,6 +44,7 @@ class Report:
     notes: tuple[str, ...] = ()
     certified: Mapping[str, Any] | None = None
     model: str = ""
+    recorded: Mapping[str, str | None] | None = None
 
     @property
     def failed(self) -> bool:
@@ -76,7 +79,9 @@ def baseline_file(source: str, scenario: Scenario) -> Path:
 
 
 def check(source: str, threads: int | None = None, progress: Progress | None = None) -> Report:
-    """Run a scenario and compare it with its baseline.
+    """Run a scenario, compare it with its baseline and judge its claims.
+
+    Without a sound baseline the claims are judged all the same.
 
     Raises
     ------
@@ -95,104 +100,50 @@ def check(source: str, threads: int | None = None, progress: Progress | None = N
                 f"record the new one: slipctl check {source} --update --reason '…'"
             )
     except CannotJudge as error:
-        return Report(scenario.name, (_unjudged(scenario.name, str(error)),))
-    result = _run(scenario, threads, progress)
-    payload = result.json()
-    return _report(scenario, result, judge(baseline, payload), _differences(baseline, payload))
+        unjudged = _unjudged(scenario.name, str(error))
+        if not scenario.expect:
+            return Report(scenario.name, (unjudged,))
+        # what is claimed needs no baseline
+        return report(scenario, run(scenario, threads, progress), (unjudged,))
+    return compare(scenario, baseline, run(scenario, threads, progress))
 
 
-def update(
-    source: str, reason: str, threads: int | None = None, progress: Progress | None = None
-) -> tuple[Report, Path]:
-    """Record a baseline, its tolerances measured from two more runs whose start is moved by `NUDGE`.
+def compare(scenario: Scenario, baseline: Baseline, result: experiment.Result) -> Report:
+    """Judge a result by a baseline of the same scenario."""
+    now = Origin.of_manifest(result.manifest)
+    findings = judge(baseline, result.json(), is_elsewhere(baseline, now))
+    about = {"commit": baseline.commit, "date": baseline.date, "reason": baseline.reason}
+    return report(scenario, result, findings, differences(baseline, now), about)
 
-    Returns
-    -------
-    Report
-        The new numbers against the old baseline, if there was a sound one.
-    Path
-        The file that was written.
+
+def report(
+    scenario: Scenario,
+    result: experiment.Result,
+    findings: Iterable[Finding],
+    notes: Iterable[str] = (),
+    recorded: Mapping[str, str | None] | None = None,
+) -> Report:
+    """Put a report together: these findings and the scenario's claims, judged on the same result."""
+    certified = result.manifest.get("certified")
+    findings = (*findings, *judge_claims(scenario, result.json()))
+    return Report(scenario.name, findings, tuple(notes), certified, scenario.robot.model, recorded)
+
+
+def run(
+    scenario: Scenario, threads: int | None, progress: Progress | None = None, laws: OwnLaws | None = None
+) -> experiment.Result:
+    """Run a scenario, with laws of one's own or without, keeping everything in memory.
 
     Raises
     ------
-    ScenarioError
-        The scenario cannot be read.
-    OSError
-        The baseline cannot be written.
     KeyboardInterrupt
-        It was interrupted; the old baseline stands.
+        It was interrupted.
     """
-    scenario = load(source)
-    path = baseline_file(source, scenario)
-    result = _run(scenario, threads, progress)
-    payload = result.json()
-    nudged = [_run(_nudged(scenario, offset), threads, progress).json() for offset in (NUDGE, -NUDGE)]
-    new = Baseline(
-        scenario=payload["scenario"],
-        scenario_id=payload["scenario_id"],
-        model_id=payload["model_id"],
-        versions=payload["versions"],
-        machine={name: result.manifest["machine"][name] for name in ("system", "architecture", "processor")},
-        commit=_commit(),
-        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        reason=reason,
-        runs=measure(payload, nudged),
-    )
-    try:
-        old = read(path)
-        report = _report(scenario, result, judge(old, payload), _differences(old, payload))
-    except CannotJudge as error:
-        notes = (f"nothing to compare with: {error}",) if path.exists() else ()
-        report = _report(scenario, result, (), notes)
-    write(new, path)
-    return report, path
-
-
-def _report(
-    scenario: Scenario, result: experiment.Result, findings: Iterable[Finding], notes: Iterable[str]
-) -> Report:
-    certified = result.manifest.get("certified")
-    return Report(scenario.name, tuple(findings), tuple(notes), certified, scenario.robot.model)
-
-
-def _run(scenario: Scenario, threads: int | None, progress: Progress | None) -> experiment.Result:
-    result = experiment.run(scenario, out=None, record="none", threads=threads, progress=progress)
+    result = experiment.run(scenario, out=None, record="none", threads=threads, progress=progress, laws=laws)
     if result.interrupted:
         raise KeyboardInterrupt
     return result
 
 
-def _nudged(scenario: Scenario, offset: float) -> Scenario:
-    # A swept offset would replace the nudge: then the other direction is moved.
-    key = "y_offset" if any(axis.key == "start.x_offset" for axis in scenario.sweep) else "x_offset"
-    start = scenario.start.model_copy(update={key: getattr(scenario.start, key) + offset})
-    return scenario.model_copy(update={"start": start})
-
-
 def _unjudged(name: str, why: str) -> Finding:
     return Finding(name, None, {}, None, None, None, None, None, Verdict.UNJUDGED, why)
-
-
-def _differences(baseline: Baseline, payload: Mapping[str, Any]) -> list[str]:
-    """Say what else is not as it was when the baseline was recorded."""
-    changed = []
-    if baseline.model_id != payload["model_id"]:
-        changed.append(f"model {baseline.model_id} then, {payload['model_id']} now")
-    for name in dict.fromkeys([*baseline.versions, *payload["versions"]]):
-        then, now = baseline.versions.get(name), payload["versions"].get(name)
-        if then != now:
-            changed.append(f"{name} {then or 'absent'} then, {now or 'absent'} now")
-    return [f"{'; '.join(changed)}: judged all the same"] if changed else []
-
-
-def _commit() -> str | None:
-    """Git commit of this checkout, marked where files were changed; None outside one."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():
-        return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
-    try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return answer.stdout.strip() or None

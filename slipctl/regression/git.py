@@ -81,10 +81,9 @@ def _what_there_is(root: Path, revision: str) -> str:
     return text
 
 
-def short(root: Path, commit: str) -> str:
-    """Return what people call a commit: its short hash and its day."""
-    answer = _git(root, "show", "--no-patch", "--format=%h of %cs", commit)
-    return answer.stdout.strip() or commit[:12]
+def day(root: Path, commit: str) -> str:
+    """Return the day of a commit, as 2026-01-31."""
+    return _git(root, "show", "--no-patch", "--format=%cs", commit).stdout.strip()
 
 
 @contextmanager
@@ -146,5 +145,6 @@ def _git(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def _said(answer: subprocess.CompletedProcess[str]) -> str:
-    lines = answer.stderr.strip().splitlines()
-    return lines[-1] if lines else f"git ended with {answer.returncode}"
+    """Return the line in which git says what is wrong: it may add advice below, and progress above."""
+    lines = answer.stderr.strip().splitlines() or [f"git ended with {answer.returncode}"]
+    return next((line for line in lines if line.startswith(("fatal:", "error:"))), lines[-1])

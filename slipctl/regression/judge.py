@@ -7,7 +7,9 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any
 
-from slipctl.regression.baseline import CHAOTIC_FACTOR, Baseline, Number, RunBaseline, run_key
+from slipctl.metrics import UNITS
+from slipctl.regression.baseline import Baseline, Number, RunBaseline, run_key
+from slipctl.regression.gated import LARGER_IS_BETTER
 
 
 class Verdict(StrEnum):
@@ -88,7 +90,7 @@ class Finding:
         return {**entry, "varied": dict(self.varied), "verdict": str(self.verdict), "interval": interval}
 
 
-def judge(baseline: Baseline, payload: Mapping[str, Any]) -> list[Finding]:
+def judge(baseline: Baseline, payload: Mapping[str, Any], elsewhere: bool = False) -> list[Finding]:
     """Compare a result with its baseline.
 
     Parameters
@@ -97,19 +99,21 @@ def judge(baseline: Baseline, payload: Mapping[str, Any]) -> list[Finding]:
         What was recorded.
     payload
         The JSON output of a run of the same scenario.
+    elsewhere
+        Whether it ran on another engine or family of processor than the baseline.
 
     Returns
     -------
     list of Finding
-        Per run of the baseline its numbers, or one finding that its status changed or that it is missing;
-        then the runs that the baseline does not hold.
+        Per run of the baseline its status and, where that is the same, its numbers, or one finding that it is
+        missing; then the runs that the baseline does not hold.
     """
     name = payload["scenario"]
     current = {run_key(run["controller"], run["varied"], run["seed"]): run for run in payload["runs"]}
     findings: list[Finding] = []
     for recorded in baseline.runs:
         run = current.pop(run_key(recorded.controller, recorded.varied, recorded.seed), None)
-        findings += _judge_run(name, recorded, run)
+        findings += _judge_run(name, recorded, run, elsewhere)
     for run in current.values():
         findings.append(
             Finding(
@@ -120,30 +124,59 @@ def judge(baseline: Baseline, payload: Mapping[str, Any]) -> list[Finding]:
     return findings
 
 
-def _judge_run(name: str, recorded: RunBaseline, run: Mapping[str, Any] | None) -> list[Finding]:
+def _judge_run(
+    name: str, recorded: RunBaseline, run: Mapping[str, Any] | None, elsewhere: bool
+) -> list[Finding]:
     which = (name, recorded.controller, recorded.varied, recorded.seed)
     if run is None:
         return [Finding(*which, None, None, None, None, Verdict.MISSING, "in the baseline, not in this run")]
     status = run["status"]
-    if status != recorded.status and status not in recorded.nudged_statuses:
+    if status != recorded.status:
         # The metrics of a run that ended at another time are other quantities: comparing them says nothing.
-        return [Finding(*which, "status", recorded.status, status, None, Verdict.STATUS_CHANGED)]
-    findings = []
+        accepted = status in recorded.statuses_seen
+        verdict = Verdict.CHAOTIC if accepted else Verdict.STATUS_CHANGED
+        note = "chaotic: runs beside the recorded one ended so, too" if accepted else ""
+        return [Finding(*which, "status", recorded.status, status, None, verdict, note)]
+    findings = [Finding(*which, "status", recorded.status, status, None, Verdict.SAME)]
     for metric, number in recorded.metrics.items():
         value = run["metrics"].get(metric)
-        note = "chaotic: judged by its order of magnitude" if number.chaotic else ""
-        verdict = judge_number(number, value)
-        findings.append(Finding(*which, metric, number.value, value, number.tolerance, verdict, note))
+        tolerance = number.tolerance_elsewhere if elsewhere else number.tolerance
+        verdict = judge_number(metric, number, value, tolerance)
+        note = (
+            "chaotic: gated on its status and the scenario's claims only" if number.gate == "verdict" else ""
+        )
+        findings.append(
+            Finding(*which, metric, number.value, value, tolerance, verdict, note, unit=UNITS[metric])
+        )
     return findings
 
 
-def judge_number(number: Number, value: float | None) -> Verdict:
-    """Judge one error against its recorded value; smaller is better, a value that is not finite is worst."""
-    if number.value is None or value is None:
-        if number.value is None and value is None:
+def judge_number(metric: str, number: Number, value: float | None, tolerance: float) -> Verdict:
+    """Judge one number against its recorded value.
+
+    Parameters
+    ----------
+    metric
+        Says which way is worse.
+    number
+        What was recorded.
+    value
+        What there is now; one that is not finite is worst.
+    tolerance
+        How far it may be worse; a chaotic number that moves further is reported as such and never fails.
+    """
+    verdict = _judge(metric, number.value, value, tolerance)
+    if number.gate == "verdict" and verdict is not Verdict.SAME:
+        return Verdict.CHAOTIC
+    return verdict
+
+
+def _judge(metric: str, recorded: float | None, value: float | None, tolerance: float) -> Verdict:
+    if recorded is None or value is None:
+        if recorded is None and value is None:
             return Verdict.SAME
         return Verdict.WORSE if value is None else Verdict.BETTER
-    if value > number.value + number.tolerance:
+    worse_by = recorded - value if metric in LARGER_IS_BETTER else value - recorded
+    if worse_by > tolerance:
         return Verdict.WORSE
-    low = number.value / CHAOTIC_FACTOR if number.chaotic else number.value - number.tolerance
-    return Verdict.BETTER if value < low else Verdict.SAME
+    return Verdict.BETTER if worse_by < -tolerance else Verdict.SAME

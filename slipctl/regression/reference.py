@@ -38,12 +38,16 @@ class Reference:
         Where they were made; None where that is here and now.
     notes
         What a reader should know of where they come from.
+    commit, date
+        Commit and day, where known.
     """
 
     label: str
     payload: Mapping[str, Any]
     machine: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    commit: str | None = None
+    date: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ class RunFolder:
                 raise CannotJudge(f"{self.path} has format {manifest['format']}; this slipctl reads format 1")
             rows = pq.read_table(self.path / "metrics.parquet").to_pylist()
             payload = _payload(manifest, rows)
-            machine = manifest["machine"]
+            machine, date = manifest["machine"], manifest["finished"][:10]
         except KeyError as error:
             raise CannotJudge(f"run folder {self.path} is damaged: {error} is missing") from None
         except (OSError, ValueError, TypeError, pa.ArrowException) as error:
@@ -87,7 +91,7 @@ class RunFolder:
         notes = self.notes
         if manifest.get("interrupted"):
             notes = (*notes, f"{self.path} was interrupted and does not hold every run")
-        return Reference(f"run {self.path}", payload, machine, notes)
+        return Reference(f"run {self.path}", payload, machine, notes, date=date)
 
 
 @dataclass(frozen=True)
@@ -106,8 +110,6 @@ class Revision:
         The scenario, relative to `root`.
     source
         Where the folder with slipctl's own package lies, relative to `root`, if it does.
-    notes
-        How the name was understood.
     """
 
     label: str
@@ -115,7 +117,6 @@ class Revision:
     commit: str
     file: Path
     source: Path
-    notes: tuple[str, ...] = ()
 
     def reference(self, threads: int | None = None, progress: Progress | None = None) -> Reference:
         """Run the scenario in a temporary checkout, by the slipctl in it if that is slipctl's own source.
@@ -137,7 +138,8 @@ class Revision:
                 payload, by = self._by_its_own(source, file, threads), "the slipctl of then"
             else:
                 payload, by = self._by_this(file, threads, progress), "this slipctl"
-        return Reference(self.label, payload, notes=(*self.notes, f"run by {by}"))
+        date = git.day(self.root, self.commit)
+        return Reference(self.label, payload, notes=(f"run by {by}",), commit=self.commit[:12], date=date)
 
     def _by_this(self, file: Path, threads: int | None, progress: Progress | None) -> Mapping[str, Any]:
         from slipctl.plants.errors import ModelError
@@ -249,7 +251,7 @@ def _revision(source: str, name: str) -> Revision:
     commit = git.commit_of(root, name)
     own = tracked and PACKAGE.is_relative_to(root)
     return Revision(
-        label=f"{name} ({git.short(root, commit)})",
+        label=f"{name} ({commit[:7]} of {git.day(root, commit)})",
         root=root,
         commit=commit,
         file=file.relative_to(root),

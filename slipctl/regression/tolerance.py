@@ -1,87 +1,125 @@
-"""How much a number may move: measured by moving the start, not guessed."""
+"""How much a number may move: from how far it was seen to move, not guessed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from slipctl.regression.baseline import CHAOTIC_FACTOR, GATED, Number, RunBaseline, run_key
+from slipctl.metrics import UNITS
+from slipctl.regression.baseline import Number
+from slipctl.regression.gated import CHAOTIC, LARGER_IS_BETTER, is_chaotic
 
 NUDGE = 1e-9
-"""The start is moved by this much [m], to either side: far below what anybody could set up, far above
-rounding. Another processor or engine build differs by less; what grows from it is the size of a difference
-that means nothing."""
+"""The start is moved by this much [m, rad], to either side: far below what anybody could set up, far above
+rounding. Another processor rounds otherwise by less; what grows from it means nothing."""
 
-RELATIVE = 0.01
+RELATIVE = 1e-6
 """Share of the value always allowed."""
 
 SPREADS = 10.0
-"""Multiples of the spread seen always allowed: two runs show the size of a spread, not its end."""
+"""Multiples of the spread always allowed: a few runs show the size of a spread, not its end."""
 
-FLOOR = 2e-5
-"""Always allowed [m]: 0.02 mm, below which no difference matters to a robot."""
+FLOOR = NUDGE
+"""Always allowed, in the metric's unit: the nudge itself."""
 
-CHAOTIC = 0.2
-"""A spread above this share of the value means that the value says only its order of magnitude."""
+TICKS = 1.5
+"""Ticks always allowed to turn in a share of ticks: one that stands at the edge of an inequality."""
 
 
-def measure(payload: Mapping[str, Any], nudged: Sequence[Mapping[str, Any]]) -> list[RunBaseline]:
-    """Turn a result into what a baseline holds of its runs.
+@dataclass(frozen=True)
+class Seen:
+    """What one metric of one run gave in the runs beside it; None where a number was not finite.
+
+    Attributes
+    ----------
+    nudged
+        From moved starts.
+    threads
+        On other numbers of threads.
+    halved
+        With half the timestep: one number, or none where the plant has no timestep.
+    same_status
+        Whether all those runs ended as the run itself did. If one did not, its numbers are other quantities.
+    """
+
+    nudged: Sequence[float | None]
+    threads: Sequence[float | None]
+    halved: Sequence[float | None] = ()
+    same_status: bool = True
+
+
+def number(metric: str, value: float | None, seen: Seen, ticks: int) -> Number:
+    """Give a value its tolerances and its gate.
 
     Parameters
     ----------
-    payload
-        The JSON output of a run.
-    nudged
-        The same of runs whose start was moved by `NUDGE`.
+    metric : str
+        One of `slipctl.regression.gated.GATED`.
+    value : float or None
+        None where it was not finite, or where there is no guarantee to speak of.
+    seen : Seen
+    ticks : int
+        Length of the run.
     """
-    others = [
-        {run_key(run["controller"], run["varied"], run["seed"]): run for run in other["runs"]}
-        for other in nudged
-    ]
-    runs = []
-    for run in payload["runs"]:
-        key = run_key(run["controller"], run["varied"], run["seed"])
-        same = [other[key] for other in others if key in other]
-        runs.append(
-            RunBaseline(
-                controller=run["controller"],
-                varied=dict(run["varied"]),
-                seed=run["seed"],
-                status=run["status"],
-                nudged_statuses=sorted({other["status"] for other in same} - {run["status"]}),
-                metrics={
-                    metric: number(run["metrics"][metric], [other["metrics"][metric] for other in same])
-                    for metric in GATED
-                },
-            )
-        )
-    return runs
-
-
-def number(value: float | None, nudged: Sequence[float | None]) -> Number:
-    """Give a value its tolerance.
-
-    Parameters
-    ----------
-    value
-        The metric [m], None where it was not finite.
-    nudged
-        The metric of the runs from a moved start.
-    """
-    finite = [other for other in nudged if other is not None]
+    everything = [*seen.nudged, *seen.threads, *seen.halved]
     if value is None:
-        return Number(value=None, tolerance=0.0, why="not finite", chaotic=False)
-    spread = max((abs(other - value) for other in finite), default=0.0)
-    seen = f"spread {spread:.1e} m from a start moved by {NUDGE:g} m"
-    if len(finite) < len(nudged) or (spread > CHAOTIC * value and SPREADS * spread > FLOOR):
-        highest = CHAOTIC_FACTOR * max(value, *finite)
-        why = f"chaotic: {seen}, over {CHAOTIC:.0%}; gated at {CHAOTIC_FACTOR:g} times the largest seen"
-        return Number(value=value, tolerance=highest - value, why=why, chaotic=True)
+        why = "no theorem" if metric in LARGER_IS_BETTER else "not finite"
+        if all(other is None for other in everything) and seen.same_status:
+            return Number(value=None, tolerance=0.0, tolerance_elsewhere=0.0, why=why)
+        why = f"chaotic: {why}, but otherwise nearby; {GATED_ON}"
+        return Number(value=None, tolerance=0.0, tolerance_elsewhere=0.0, gate="verdict", why=why)
+    nudged, threads = _largest(value, seen.nudged), _largest(value, seen.threads)
+    halving = _largest(value, seen.halved) if seen.halved else None
     reasons = {
-        f"{RELATIVE:.0%} of the value": RELATIVE * value,
-        f"{SPREADS:g} spreads": SPREADS * spread,
-        "the floor of 0.02 mm": FLOOR,
+        f"{RELATIVE:g} of the value": RELATIVE * abs(value),
+        f"{SPREADS:g} spreads": SPREADS * max(nudged or 0.0, threads or 0.0),
+        **(
+            {f"{TICKS:g} of {ticks} ticks": TICKS / ticks}
+            if metric in LARGER_IS_BETTER
+            else {f"the floor of {FLOOR:g}": FLOOR}
+        ),
     }
-    why, tolerance = max(reasons.items(), key=lambda item: item[1])
-    return Number(value=value, tolerance=tolerance, why=f"{why}; {seen}")
+    reason, tolerance = max(reasons.items(), key=lambda item: item[1])
+    sizes = {
+        "tolerance": tolerance,
+        "tolerance_elsewhere": max(tolerance, halving or 0.0),
+        "halving": halving,
+    }
+    moved = _moved(metric, nudged, threads, halving if seen.halved else None, bool(seen.halved))
+    if not seen.same_status or any(other is None for other in everything):
+        why = f"chaotic: a run beside this one ended otherwise; {GATED_ON}; {moved}"
+        return Number(value=value, spread=None, gate="verdict", why=why, **sizes)
+    spread = max(nudged or 0.0, threads or 0.0)
+    if is_chaotic(metric, value, spread):
+        why = f"chaotic: it moved by more than {CHAOTIC:.0%}; {GATED_ON}; {moved}"
+        return Number(value=value, spread=spread, gate="verdict", why=why, **sizes)
+    return Number(value=value, spread=spread, why=f"{reason}; {moved}", **sizes)
+
+
+GATED_ON = "gated on its status and the scenario's claims only"
+
+
+def _largest(value: float, others: Sequence[float | None]) -> float | None:
+    """Return the largest difference; None where there is none to take."""
+    if not others or any(other is None for other in others):
+        return None
+    return max(abs(other - value) for other in others if other is not None)
+
+
+def _moved(
+    metric: str, nudged: float | None, threads: float | None, halving: float | None, steps: bool
+) -> str:
+    unit = UNITS[metric].split()[0].replace("1", "").strip()
+    parts = [
+        f"moved by {_size(nudged, unit)} from starts moved by {NUDGE:g} m or rad",
+        f"{_size(threads, unit)} on 1 to 3 threads",
+    ]
+    if steps:
+        parts.append(f"{_size(halving, unit)} at half the timestep")
+    return ", ".join(parts)
+
+
+def _size(moved: float | None, unit: str) -> str:
+    if moved is None:
+        return "an unknown amount"
+    return f"{moved:.1e} {unit}".strip() if moved else "nothing"

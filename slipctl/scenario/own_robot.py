@@ -66,6 +66,7 @@ def ignored_keys(raw: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]
 def content(model: str) -> str:
     """Return what identifies a model by its path: the hash of the file, wherever it lies."""
     try:
-        return sha256(Path(model).read_bytes()).hexdigest()
+        # a checkout on Windows may end lines in its own way: the robot is the same
+        return sha256(Path(model).read_bytes().replace(b"\r\n", b"\n")).hexdigest()
     except OSError:
         return model

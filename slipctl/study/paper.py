@@ -70,8 +70,8 @@ def reproduce(
             for picture in pictures
         ]
         text = json.dumps(numbers, indent=1, ensure_ascii=False, allow_nan=False)
-        (part / "numbers.json").write_text(text + "\n", encoding="utf-8")
-        (part / PAGE).write_text(page.write(numbers, pictures), encoding="utf-8")
+        (part / "numbers.json").write_text(text + "\n", encoding="utf-8", newline="\n")
+        (part / PAGE).write_text(page.write(numbers, pictures), encoding="utf-8", newline="\n")
         folder = publish(part, out, NAME)
     if page_file is not None:
         _copy(folder, page_file, pictures)

@@ -88,10 +88,10 @@ class ProportionalDynamicBound:
         """Return kb, n₂₂ and q, which depend on α alone."""
         a = self.slip_bound
         kb = a / (1.0 - a)
-        n22 = np.maximum(a + a * a / (1.0 + a), np.abs(-a + a * a / (1.0 - a)))
-        one, two = 1.0 - 2.0 * a, a + a * a / (1.0 + a)
-        q = np.maximum(kb * np.sqrt(1.0 + one * one), np.sqrt((a / (1.0 + a)) ** 2 + two * two))
-        return kb, n22, q
+        # the worse sign of v_t: for q it is negative ((q/a)² of the other is less by 8a³/(1 − a²)²), for what
+        # multiplies 2wμ₁ positive (a(1 + 2a)/(1 + a) against a(1 − 2a)/(1 − a))
+        rest = 1.0 - 2.0 * a
+        return kb, a + a * a / (1.0 + a), kb * np.sqrt(1.0 + rest * rest)
 
     def __call__(self, state: DynamicState) -> Array:
         """Return ρ (N,) [m/s³]."""

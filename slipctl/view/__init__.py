@@ -31,6 +31,7 @@ __all__ = [
     "open_viewer",
     "recording_id",
     "world_slug",
+    "write_against_baseline",
     "write_recording",
     "write_recordings",
 ]
@@ -47,6 +48,21 @@ def write_recording(
     from slipctl.view.recording import write
 
     return write(Path(path), signals, runs, info, shapes)
+
+
+def write_against_baseline(
+    path: Path | str,
+    signals: pa.Table,
+    runs: Sequence[RunInfo],
+    baselines: Mapping[str, pa.Table],
+    info: Mapping[str, Any],
+    page: str,
+    shapes: Sequence[Shape] | None = None,
+) -> Path:
+    """Write runs of one world beside their baselines; see `slipctl.view.side_by_side.write`."""
+    from slipctl.view.side_by_side import write
+
+    return write(Path(path), signals, runs, baselines, info, page, shapes)
 
 
 def write_recordings(

@@ -41,7 +41,7 @@ def write_all(
         Where ``world.file`` is written.
     signals : pyarrow.Table or Path
         The signals of all runs, or the Parquet file that holds them (then only one world's rows are in
-        memory at a time; it is fast where every run is a row group).
+        memory at a time; it is fast where a row group holds few runs).
     worlds : sequence of WorldRecording
         What to write.
     shapes : sequence of Shape or None
@@ -73,7 +73,8 @@ def write_all(
         jobs = []
         for start in range(0, len(worlds), IN_PROCESS):
             job = Path(scratch) / f"job-{start}.json"
-            job.write_text(_encode(folder, source, worlds[start : start + IN_PROCESS], shapes))
+            text = _encode(folder, source, worlds[start : start + IN_PROCESS], shapes)
+            job.write_text(text, encoding="utf-8")
             jobs.append((job, len(worlds[start : start + IN_PROCESS])))
         _work(jobs, workers, tell, len(worlds))
     return [folder / world.file for world in worlds]
@@ -81,7 +82,7 @@ def write_all(
 
 def run_job(job: Path) -> None:
     """Write the recordings of a job file; what a worker process does."""
-    content = json.loads(job.read_text())
+    content = json.loads(job.read_text(encoding="utf-8"))
     shapes = content["shapes"]
     worlds = [
         WorldRecording(world["file"], tuple(_run(run) for run in world["runs"]), world["info"])

@@ -40,7 +40,7 @@ def blueprint(
     plots = Plots(tracks, roots)
     scene = "3D · grid 0.5 m"
     overview = rrb.Horizontal(
-        _scene_view(scene, tracks, roots, above=False),
+        scene_view(scene, tracks, roots, above=False),
         column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view(
@@ -63,7 +63,7 @@ def blueprint(
         name="Overview",
     )
     tracking = rrb.Horizontal(
-        _scene_view("From above · grid 0.5 m", tracks, roots, above=True),
+        scene_view("From above · grid 0.5 m", tracks, roots, above=True),
         column(
             plots.view("Position error [m]", ["error.position"], settled=True),
             plots.view("Cross-track error [m]", ["error.cross_track"], settled=True),
@@ -139,9 +139,10 @@ def _slip_tab(track: Track, root: str, plots: Plots, scales: Scales, count: int)
     return rrb.Horizontal(left, column(*views, first=1.5), column_shares=[1, 1], name=name)
 
 
-def _scene_view(
+def scene_view(
     name: str, tracks: Sequence[Track], roots: Mapping[str, str], above: bool
 ) -> rrb.Spatial3DView:
+    """Return a view of the whole scene, from above or from the side, in which trails grow."""
     low, high = scene_box(tracks)
     middle, size = (low + high) / 2, float(max(high - low))
     if above:

@@ -70,8 +70,19 @@ def write(
     that ``rerun rrd compare`` calls equal.
     """
     tracks = read_tracks(signals, runs)
-    with _strict():
+    with strict():
         content = _encode(tracks, info, shapes)
+    return put(path, content)
+
+
+def put(path: Path, content: bytes) -> Path:
+    """Write the bytes of a recording beside their place and rename.
+
+    Raises
+    ------
+    RecordingError
+        There are none, because Rerun is switched off, or the file cannot be written.
+    """
     if not content:
         switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
         raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
@@ -97,8 +108,7 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
     roots = {track.info.label: f"/runs/{rr.escape_entity_path_part(track.info.label)}" for track in tracks}
     scales = choose_scales(tracks)
     identity = recording_id(info)
-    stream = rr.RecordingStream(application_id(info), recording_id=identity, send_properties=False)
-    with stream as rec:
+    with new_stream(application_id(info), identity) as rec:
         if not is_recording_enabled(rec):
             return b""
         memory = rec.memory_recording()
@@ -116,6 +126,15 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
         page = markdown(tracks, info, scales, colours, strides)
         rec.log("/info/summary", rr.TextDocument(page, media_type="text/markdown"), static=True, strict=True)
         return memory.drain_as_bytes()
+
+
+def new_stream(application: str, identity: str) -> rr.RecordingStream:
+    """Return a stream into memory whose chunks do not depend on how fast it is written."""
+    # otherwise what is logged is put together by the clock, and a busy machine gives another file
+    batches = rr.ChunkBatcherConfig.NEVER()
+    return rr.RecordingStream(
+        application, recording_id=identity, send_properties=False, batcher_config=batches
+    )
 
 
 def _log_events(rec: rr.RecordingStream, root: str, track: Track, info: Mapping[str, Any]) -> None:
@@ -147,7 +166,7 @@ def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, A
 
 
 @contextmanager
-def _strict() -> Iterator[None]:
+def strict() -> Iterator[None]:
     """Wrong lengths and types raise instead of going missing; the caller's setting comes back."""
     before = rr.strict_mode()
     rr.set_strict_mode(True)

@@ -84,9 +84,10 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
             show_labels=True,
         )
         rec.log("/ground/downhill", arrow, static=True, strict=True)
-    longest = max(tracks, key=lambda track: track.time[-1])
-    if not longest.has("reference.position.x", "reference.position.y"):
+    planners = [track for track in tracks if track.has("reference.position.x", "reference.position.y")]
+    if not planners:
         return
+    longest = max(planners, key=lambda track: track.time[-1])
     rows = kept(longest.time, stride(longest.time, SCENE_RATE))
     planned = longest.pair("reference.position")[rows]
     path = _at_height(planned, ABOVE_FLOOR + lift(info, planned))

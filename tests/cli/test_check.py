@@ -1,14 +1,15 @@
 """``slipctl check``: every exit status, with an engine that answers what the test says."""
 
 import json
+from collections import Counter
 
 import pytest
 
 from slipctl import shipped
 from slipctl.cli import main
 from slipctl.regression import read, write
-from slipctl.scenario import load, scenario_id
-from tests.fakes import SHORT_SCENARIO, FakeResult, baseline_of, payload, run_entry
+from slipctl.scenario import load, scenario_id, worlds
+from tests.fakes import MACHINE, SHORT_SCENARIO, FakeResult, baseline_of, payload, run_entry
 
 
 class Bench:
@@ -17,7 +18,7 @@ class Bench:
     def __init__(self, folder):
         self.folder = folder
         self.runs = {}
-        self.offsets = []
+        self.asked = []
 
     def add(self, name, *runs, recorded=True):
         file = self.folder / f"{name}.toml"
@@ -41,10 +42,17 @@ class Bench:
         return payload(self.runs[name], name, scenario_id(load(self.folder / f"{name}.toml")))
 
     def run(self, scenario, **options):
+        """Give every world of the scenario the stored runs, whatever was moved in it."""
         assert options["out"] is None
         assert options["record"] == "none"
-        self.offsets.append(scenario.start.x_offset)
-        return FakeResult(self.content(scenario.name))
+        self.asked.append(tuple(axis.key for axis in scenario.sweep))
+        content = self.content(scenario.name)
+        content["runs"] = [
+            {**run, "varied": {**run["varied"], **world.varied}}
+            for world in worlds(scenario)
+            for run in self.runs[scenario.name]
+        ]
+        return FakeResult(content)
 
 
 @pytest.fixture
@@ -57,7 +65,7 @@ def bench(tmp_path, monkeypatch):
 def test_the_same_numbers_are_good(bench, capsys):
     ice = bench.add("ice", run_entry("a"), run_entry("b"))
     assert main(["check", ice]) == 0
-    assert capsys.readouterr().out == "ice: 6 same\n"
+    assert capsys.readouterr().out == "ice: 16 same\n"
 
 
 def test_a_worse_number_fails_and_is_named_with_everything(bench, capsys):
@@ -65,11 +73,15 @@ def test_a_worse_number_fails_and_is_named_with_everything(bench, capsys):
     bench.runs["ice"] = (run_entry("a", 0.1), run_entry("b", 0.1, rms=0.002))
     assert main(["check", ice]) == 1
     out = capsys.readouterr().out
-    said = (
-        "ice: b, ground.friction 0.1, seed 1: worse: rms_position_error 1.00 mm → 2.00 mm, tolerance 0.10 mm"
-    )
-    assert said in out
-    assert "ice: a," not in out
+    assert "ice: 4 worse, 12 same" in out
+    assert "b, ground.friction 0.1, seed 1" in out
+    assert "1.00 → 2.00 mm" in out
+    assert "0.10 mm worse" in out
+    assert "a, ground.friction" not in out
+    assert main(["check", ice, "--quiet"]) == 1
+    said = capsys.readouterr().err
+    assert "ice: b, ground.friction 0.1, seed 1: worse: " in said
+    assert "a, ground.friction" not in said
 
 
 def test_a_better_number_is_good_and_asks_to_be_recorded(bench, capsys):
@@ -83,7 +95,7 @@ def test_another_status_fails(bench, capsys):
     ice = bench.add("ice", run_entry("a"))
     bench.runs["ice"] = (run_entry("a", rms=0.0001, status="tipped"),)
     assert main(["check", ice]) == 1
-    assert "status changed: status completed → tipped" in capsys.readouterr().out
+    assert "status changed: completed → tipped" in capsys.readouterr().out
 
 
 def test_json_holds_every_finding(bench, capsys):
@@ -93,8 +105,8 @@ def test_json_holds_every_finding(bench, capsys):
     out, err = capsys.readouterr()
     answer = json.loads(out)
     assert answer["passed"] is False
-    assert [entry["verdict"] for entry in answer["results"]] == ["worse"] * 3
-    assert answer["results"][0]["baseline"] == 0.001
+    assert Counter(entry["verdict"] for entry in answer["results"]) == {"worse": 4, "same": 4}
+    assert answer["results"][1]["baseline"] == 0.001
     assert "rms_position_error" in err
 
 
@@ -103,6 +115,12 @@ def unjudgeable(bench, how):
     path = bench.baseline("ice")
     if how == "cut off":
         path.write_text(path.read_text()[:100])
+    elif how == "newer":
+        path.write_text(path.read_text().replace('"format": 2', '"format": 3'))
+    elif how == "older":
+        path.write_text(path.read_text().replace('"format": 2', '"format": 1'))
+    elif how == "spread over tolerance":
+        path.write_text(path.read_text().replace('"spread": 1e-05', '"spread": 2e-4', 1))
     elif how == "another scenario":
         write(read(path).model_copy(update={"scenario_id": "sha256:other"}), path)
     elif how == "missing run":
@@ -112,7 +130,10 @@ def unjudgeable(bench, how):
     return ice
 
 
-WAYS = ["missing", "cut off", "another scenario", "missing run", "extra run"]
+WAYS = [
+    "missing", "cut off", "newer", "older", "spread over tolerance", "another scenario", "missing run",
+    "extra run",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("how", WAYS)
@@ -172,41 +193,97 @@ def test_a_misspelt_name_costs_no_run(bench, capsys):
     ice = bench.add("ice", run_entry("a"))
     assert main(["check", ice, "friction-swep"]) == 2
     assert "friction-sweep" in capsys.readouterr().err
-    assert bench.offsets == []
+    assert bench.asked == []
 
 
-@pytest.mark.parametrize("arguments", [["--update"], ["--update", "--reason", " "], ["--reason", "why"]])
-def test_update_and_reason_go_together(bench, capsys, arguments):
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--update"], "--update needs --reason"),
+        (["--update", "--reason", " "], "--update needs --reason"),
+        (["--reason", "why"], "--reason goes with"),
+        (["--record", "--update", "--reason", "why"], "give one of them"),
+        (["--record"], "to replace it, say why: slipctl check"),
+        (["--record", "--reason", "why"], "to replace it, say why: slipctl check"),
+    ],
+)
+def test_a_baseline_is_replaced_only_with_a_reason(bench, capsys, arguments, said):
     ice = bench.add("ice", run_entry("a"))
     before = bench.baseline("ice").read_bytes()
     assert main(["check", ice, *arguments]) == 2
-    assert "--reason" in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert said in err
+    assert len(err.splitlines()) == 1
     assert bench.baseline("ice").read_bytes() == before
+    assert bench.asked == []
+
+
+def test_record_refuses_before_anything_is_run(bench, capsys):
+    wet = bench.add("wet", run_entry("a"), recorded=False)
+    ice = bench.add("ice", run_entry("a"))
+    assert main(["check", wet, ice, "--record"]) == 2
+    assert "ice.json exists" in capsys.readouterr().err
+    assert bench.asked == []
+    assert not bench.baseline("wet").exists()
 
 
 def test_update_records_shows_the_difference_and_moves_the_start(bench, capsys):
     ice = bench.add("ice", run_entry("a"))
     bench.runs["ice"] = (run_entry("a", rms=0.002),)
-    assert main(["check", ice, "--update", "--reason", "a softer tyre"]) == 0
+    assert main(["check", ice, "--update", "--reason", " a softer tyre "]) == 0
     out, err = capsys.readouterr()
-    assert "rms_position_error 1.00 mm → 2.00 mm" in out
+    (row,) = (line for line in out.splitlines() if "rms position error" in line)
+    assert " ".join(row.split()) == "rms position error 1.00 → 2.00 mm +100 % 0.10 mm → 2e-06 mm"
     assert "ice.json written" in err
-    assert bench.offsets == [0.0, 1e-9, -1e-9]
+    assert bench.asked == [(), ("start.x_offset",), ("start.y_offset",), ("start.heading_offset_deg",)]
     new = read(bench.baseline("ice"))
     assert new.reason == "a softer tyre"
-    assert new.machine == {"system": "Linux", "architecture": "x86_64", "processor": "a processor"}
+    assert new.machine == MACHINE
     assert new.runs[0].metrics["rms_position_error"].value == 0.002
     assert main(["check", ice]) == 0
 
 
-def test_update_makes_the_first_baseline(bench, capsys):
+def test_update_of_what_has_not_changed_shows_no_table(bench, capsys):
     ice = bench.add("ice", run_entry("a"), recorded=False)
-    assert main(["check", ice, "--update", "--reason", "first", "--json"]) == 0
+    assert main(["check", ice, "--record"]) == 0
+    assert main(["check", ice, "--update", "--reason", "again"]) == 0
+    out = capsys.readouterr().out
+    assert out == "ice: 7 numbers of 1 run recorded\n" * 2
+    assert read(bench.baseline("ice")).reason == "again"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--record"], "first record"),
+        (["--record", "--reason", "why"], "why"),
+        (["--update", "--reason", "x"], "x"),
+    ],
+)
+def test_the_first_baseline_is_made(bench, capsys, arguments, reason):
+    ice = bench.add("ice", run_entry("a"), recorded=False)
+    assert main(["check", ice, *arguments, "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == {"passed": True, "results": []}
     assert len(err.splitlines()) == 1
     assert "ice.json written" in err
+    assert read(bench.baseline("ice")).reason == reason
+    assert bench.baseline("ice").with_name("ice.tracks.parquet").exists()
     assert main(["check", ice]) == 0
+
+
+def test_another_family_of_processor_alone_is_said_and_judged(bench, capsys):
+    ice = bench.add("ice", run_entry("a", rms=0.001))
+    path = bench.baseline("ice")
+    write(read(path).model_copy(update={"machine": MACHINE | {"family": "x86_64 Another 9"}}), path)
+    bench.runs["ice"] = (run_entry("a", rms=0.00105),)
+    assert main(["check", ice]) == 0
+    err = capsys.readouterr().err
+    assert "processor family x86_64 Another 9 then, x86_64 AVendor 1 now" in err
+    assert "with the tolerances for elsewhere" in err
+    assert len(err.splitlines()) == 1
+    bench.runs["ice"] = (run_entry("a", rms=0.0013),)
+    assert main(["check", ice]) == 1
 
 
 def test_an_interrupted_check_is_exit_130_and_leaves_the_baseline(bench, monkeypatch, capsys):

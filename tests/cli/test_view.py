@@ -12,7 +12,7 @@ from slipctl.view import ViewerError
 def opened(monkeypatch):
     calls = []
     monkeypatch.setattr(
-        "slipctl.view.open_viewer", lambda paths, **_: calls.append([str(path) for path in paths])
+        "slipctl.view.open_viewer", lambda paths, **_: calls.append([path.as_posix() for path in paths])
     )
     return calls
 

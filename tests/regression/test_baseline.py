@@ -3,9 +3,13 @@
 import json
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from slipctl import shipped
+from slipctl.metrics import UNITS
 from slipctl.regression import CannotJudge, read, write
+from slipctl.regression.gated import GATED
 from tests.fakes import baseline_of, payload, run_entry
 
 
@@ -24,7 +28,7 @@ def test_what_is_written_is_read_back(baseline, tmp_path):
 def test_every_number_has_a_line_of_its_own(baseline, tmp_path):
     write(baseline, tmp_path / "x.json")
     lines = (tmp_path / "x.json").read_text(encoding="utf-8").splitlines()
-    assert sum('"tolerance"' in line for line in lines) == 9
+    assert sum('"tolerance"' in line for line in lines) == 3 * len(GATED)
     assert all(line.count('"tolerance"') <= 1 for line in lines)
 
 
@@ -39,8 +43,13 @@ def test_a_failed_write_leaves_the_old_file(baseline, tmp_path, monkeypatch):
 
 
 def test_a_missing_baseline_says_how_to_record_one(tmp_path):
-    with pytest.raises(CannotJudge, match="slipctl check ice --update --reason"):
+    with pytest.raises(CannotJudge, match="slipctl check ice --record"):
         read(tmp_path / "ice.json")
+
+
+def test_the_gated_metrics_are_metrics():
+    assert set(GATED) < set(UNITS)
+    assert list(GATED) == [name for name in UNITS if name in GATED]
 
 
 def damage(change):
@@ -59,7 +68,13 @@ def damage(change):
         (lambda text: "", "damaged"),
         (lambda text: "[]", "damaged"),
         (damage(lambda c: c.pop("scenario_id")), "scenario_id"),
-        (damage(lambda c: c.update(format=2)), "format"),
+        (
+            damage(lambda c: c.update(format=1)),
+            "format 1, whose tolerances were not measured; record it again",
+        ),
+        (damage(lambda c: c.update(format=3)), "format 3, newer than this slipctl, which reads format 2"),
+        (damage(lambda c: c.update(format="two")), "format"),
+        (damage(lambda c: c.pop("versions")), "versions"),
         (damage(lambda c: c.update(extra=1)), "extra"),
         (damage(lambda c: c["runs"][0]["metrics"]["rms_position_error"].update(tolerance="x")), "tolerance"),
         (damage(lambda c: c.update(runs=[])), "no runs"),
@@ -90,6 +105,17 @@ def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
         (lambda metrics: metrics["rms_position_error"].update(tolerance=float("inf")), "tolerance"),
         (lambda metrics: metrics["rms_position_error"].update(tolerance=-1e-3), "tolerance"),
         (lambda metrics: metrics["rms_position_error"].update(value=float("nan")), "value"),
+        (lambda metrics: metrics["rms_position_error"].update(spread=1e-3), "spread"),
+        (lambda metrics: metrics["rms_position_error"].update(halving=1e-2), "half the timestep"),
+        (lambda metrics: metrics["rms_position_error"].update(tolerance_elsewhere=0.0), "elsewhere"),
+        (lambda metrics: metrics["rms_position_error"].update(gate="verdict"), "it hardly moved"),
+        (
+            lambda metrics: metrics["rms_position_error"].update(
+                value=0.1, spread=0.03, tolerance=0.3, tolerance_elsewhere=0.3
+            ),
+            "cannot be gated on its number",
+        ),
+        (lambda metrics: metrics["rms_position_error"].update(gate="none"), "gate"),
     ],
 )
 def test_a_baseline_that_could_never_fail_is_damaged(tmp_path, planted, where):
@@ -98,5 +124,26 @@ def test_a_baseline_that_could_never_fail_is_damaged(tmp_path, planted, where):
     planted(shipped_one["runs"][0]["metrics"])
     path = tmp_path / "planted.json"
     path.write_text(json.dumps(shipped_one), encoding="utf-8")
-    with pytest.raises(CannotJudge, match=where):
+    with pytest.raises(CannotJudge, match=where) as caught:
         read(path)
+    assert "\n" not in str(caught.value)
+    assert "record it again: slipctl check planted --update --reason" in str(caught.value)
+
+
+def test_a_chaotic_number_may_have_moved_further_than_any_tolerance(tmp_path):
+    shipped_one = json.loads((shipped.baseline_folder() / "wet-slope.json").read_text(encoding="utf-8"))
+    shipped_one["runs"][0]["metrics"]["rms_position_error"].update(gate="verdict", value=0.1, spread=0.5)
+    path = tmp_path / "chaotic.json"
+    path.write_text(json.dumps(shipped_one), encoding="utf-8")
+    assert read(path).runs[0].metrics["rms_position_error"].gate == "verdict"
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(min_value=0, max_value=10**6))
+def test_a_baseline_cut_off_anywhere_cannot_be_judged(tmp_path_factory, length):
+    text = (shipped.baseline_folder() / "wet-slope.json").read_text(encoding="utf-8")
+    path = tmp_path_factory.mktemp("cut") / "x.json"
+    path.write_text(text[: length % (len(text) - 2)], encoding="utf-8")
+    with pytest.raises(CannotJudge) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)

@@ -1,5 +1,7 @@
 """Temporary checkouts: the right commit, nothing of the user's touched, nothing left behind."""
 
+import os
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -20,9 +22,9 @@ def repository(tmp_path, monkeypatch):
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     repository = Repository(tmp_path / "repository")
-    repository.commit("first", a__txt="one")
+    repository.commit("first", {"a.txt": "one"})
     repository.git("tag", "release")
-    repository.commit("second", a__txt="two")
+    repository.commit("second", {"a.txt": "two"})
     (repository.folder / "a.txt").write_text("changed")
     return repository
 
@@ -38,6 +40,18 @@ def test_a_folder_outside_is_in_no_checkout(tmp_path):
         git.root_of(tmp_path)
 
 
+@pytest.mark.skipif(os.name == "nt", reason="a shell script is no program there")
+def test_what_git_says_is_passed_on_without_its_advice(tmp_path, monkeypatch):
+    # as in a container, where the checkout belongs to somebody else
+    git_program = tmp_path / "git"
+    advice = "fatal: detected dubious ownership in repository\nTo add an exception, call:\n\tgit config"
+    git_program.write_text(f"#!/bin/sh\nprintf '{advice}' >&2\nexit 128\n", newline="\n")
+    git_program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(CannotJudge, match=r"checkout: fatal: detected dubious ownership in repository$"):
+        git.root_of(tmp_path)
+
+
 @pytest.mark.parametrize(("file", "tracked"), [("a.txt", True), ("b.txt", False), ("missing.txt", False)])
 def test_tracked_is_what_git_holds(repository, file, tracked):
     (repository.folder / "b.txt").write_text("new")
@@ -48,7 +62,7 @@ def test_names_mean_what_git_says(repository):
     first, second = repository.git("rev-list", "--reverse", "HEAD").split()
     for name, commit in {"release": first, "HEAD~1": first, "main": second, second[:10]: second}.items():
         assert git.commit_of(repository.folder, name) == commit
-    assert git.short(repository.folder, first).split(" of ")[0] == first[:7]
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", git.day(repository.folder, first))
 
 
 @pytest.mark.parametrize(

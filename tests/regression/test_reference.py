@@ -42,9 +42,9 @@ def temporary(tmp_path, monkeypatch):
 def repository(tmp_path, temporary):
     """A user's repository: a scenario whose gain changed after the tag `then`."""
     repository = Repository(tmp_path / "mine")
-    repository.commit("first", ice__toml=OFFSET)
+    repository.commit("first", {"ice.toml": OFFSET})
     repository.git("tag", "then")
-    repository.commit("slower", ice__toml=OFFSET.replace("pole = -1.0", "pole = -0.9"))
+    repository.commit("slower", {"ice.toml": OFFSET.replace("pole = -1.0", "pole = -0.9")})
     return repository
 
 
@@ -154,9 +154,9 @@ def test_the_revision_before_and_after_differ_by_the_gain(repository):
 def test_files_that_a_scenario_names_are_those_of_then(repository):
     robot = shipped.model_path("magellan_pro").read_text(encoding="utf-8")
     text = OFFSET.replace('"magellan_pro"', '"robot.xml"')
-    repository.commit("own robot", ice__toml=text, robot__xml=robot)
+    repository.commit("own robot", {"ice.toml": text, "robot.xml": robot})
     assert 'name="magellan_pro"' in robot or "<mujoco" in robot
-    repository.commit("renamed", ice__toml=text, robot__xml=robot.replace("<mujoco", "<mujoco ", 1))
+    repository.commit("renamed", {"ice.toml": text, "robot.xml": robot.replace("<mujoco", "<mujoco ", 1)})
     before, after = (
         find(str(repository.folder / "ice.toml"), name).reference().payload for name in ("HEAD~1", "HEAD")
     )
@@ -175,9 +175,9 @@ def test_files_that_a_scenario_names_are_those_of_then(repository):
 )
 def test_a_revision_that_cannot_run_the_scenario_cannot_be_judged(tmp_path, temporary, text, said):
     repository = Repository(tmp_path / "mine")
-    repository.commit("first", **({"other__txt": ""} if text is None else {"ice__toml": text}))
+    repository.commit("first", {"other.txt": ""} if text is None else {"ice.toml": text})
     repository.git("tag", "then")
-    repository.commit("second", ice__toml=OFFSET)
+    repository.commit("second", {"ice.toml": OFFSET})
     with pytest.raises(CannotJudge, match=said) as error:
         find(str(repository.folder / "ice.toml"), "then").reference()
     assert "\n" not in str(error.value)
@@ -230,7 +230,7 @@ def test_a_scenario_outside_git_has_no_revision(tmp_path):
 def test_a_shipped_scenario_of_an_installed_slipctl_has_no_revision(tmp_path, monkeypatch):
     # as in a virtual environment within a user's own checkout: git is around, but does not hold the package
     repository = Repository(tmp_path / "mine")
-    repository.commit("first", __gitignore="venv")
+    repository.commit("first", {".gitignore": "venv"})
     package = repository.folder / "venv" / "slipctl"
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
@@ -255,6 +255,8 @@ def slipctl_source(tmp_path_factory):
     )
     repository.commit("cannot be imported")
     repository.git("tag", "broken")
+    repository.commit("ends as after Ctrl-C", {"slipctl/cli/__main__.py": "raise SystemExit(130)\n"})
+    repository.git("tag", "interrupted")
     return repository
 
 
@@ -285,6 +287,15 @@ def test_the_working_folder_and_the_path_do_not_decide_which_slipctl_runs(slipct
 def test_a_slipctl_that_cannot_be_imported_cannot_be_compared_with(slipctl_source, temporary):
     found = find(str(slipctl_source.folder / "scenarios" / "ice.toml"), "broken")
     with pytest.raises(CannotJudge, match=r"broken .* cannot run scenarios/ice.toml: .*missing_module"):
+        found.reference()
+    assert len(slipctl_source.worktrees()) == 1
+    assert list(temporary.iterdir()) == []
+
+
+@needs_git
+def test_an_interruption_of_the_slipctl_of_then_leaves_nothing(slipctl_source, temporary):
+    found = find(str(slipctl_source.folder / "scenarios" / "ice.toml"), "interrupted")
+    with pytest.raises(KeyboardInterrupt):
         found.reference()
     assert len(slipctl_source.worktrees()) == 1
     assert list(temporary.iterdir()) == []

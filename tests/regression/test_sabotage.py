@@ -70,7 +70,7 @@ def scenarios(tmp_path_factory):
 
 
 def failures(capsys, scenario):
-    status = main(["check", scenario, "--json"])
+    status = main(["check", scenario, "--json", "--artefacts", "none"])
     answer = json.loads(capsys.readouterr().out)
     named = {
         (entry["scenario"], entry["metric"]) for entry in answer["results"] if entry["verdict"] == "worse"

@@ -1,7 +1,9 @@
 """Claims: what they may say, what is refused and why, and that they change no run."""
 
 import json
+import re
 import tomllib
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -12,6 +14,7 @@ from slipctl import metrics
 from slipctl.experiment.batch import STATUS_NAMES
 from slipctl.scenario import dump, json_schema, override, read, scenario_id, template, worlds
 from slipctl.scenario.expect import ErrorMetric, StatusIs
+from slipctl.scenario.structure import KINDS
 from slipctl.scenario.where import Band, Condition, read_where, where_table
 from tests.scenario.documents import EIGHT, PAPER, changed, only, refused
 from tests.scenario.test_json_schema import accepts
@@ -268,3 +271,25 @@ def test_swept_values_are_met_despite_rounding():
     assert Condition("k", (0.3,)).holds(0.1 + 0.2)
     assert Condition("k", Band(0.1, 0.3)).holds(0.1 + 0.2)
     assert not Condition("k", Band(0.1, 0.3)).holds(0.3001)
+
+
+def test_the_page_about_claims_names_every_kind_with_its_keys_and_defaults():
+    page = (Path(__file__).parents[2] / "docs" / "claims.md").read_text(encoding="utf-8")
+    rows = {line.split("`")[1]: line for line in page.splitlines() if line.startswith("| `")}
+    rows = {kind: row for kind, row in rows.items() if kind != "kind"}
+    assert set(rows) == set(KINDS["expect"])
+    for kind, table in KINDS["expect"].items():
+        for key, field in table.model_fields.items():
+            if key in ("where", "only_where_guaranteed"):
+                assert f"\n* `{key}`: " in page
+            elif key != "kind":
+                assert f"`{key}`" in rows[kind]
+            if isinstance(field.default, str) and key != "kind":
+                assert f"(`{field.default}`)" in rows[kind]
+    blocks = re.findall(r"```toml\n(.*?)```", page, flags=re.S)
+    claim = tomllib.loads(blocks[0])["expect"][0] | {"controller": "robust"}
+    assert refused(claiming(claim)) == []
+    restricted = {**BETTER, **tomllib.loads(blocks[1])}
+    frictions = {"ground.friction": [0.1, 0.2], "seed": [1, 2, 3]}
+    document = {**changed(EIGHT, {"controller": PAPER["controller"]}), "sweep": frictions}
+    assert refused(claiming(restricted, document=document)) == []

@@ -173,6 +173,27 @@ def test_norm_of_e_is_the_longitudinal_slip_ratio():
     assert np.linalg.norm(d_matrix @ inverse, 2) == pytest.approx(0.15 / 0.5, rel=1e-12)
 
 
+def test_a_history_is_as_good_as_an_instant():
+    """Arrays (N, T) give what every column gives alone."""
+    rng = np.random.default_rng(4)
+    v, w, mu1, rate, second, angle, *slips = rng.uniform(-1.0, 1.0, (9, 2, 3))
+    cosine, sine = np.cos(angle), np.sin(angle)
+
+    def everything(at: Any) -> tuple[Array, ...]:
+        slip = Slip(*(array[at] for array in slips))
+        known = v[at], w[at], mu1[at]
+        return (
+            drift(*known, cosine[at], sine[at]),
+            *slip_terms(*known, slip, rate[at], second[at], cosine[at], sine[at]),
+            PAPER.torques(mu1[at], rate[at], np.stack([v[at], w[at]], axis=-1)),
+            MAGELLAN_PRO.wheel_rates(v[at], w[at]),
+        )
+
+    for k in range(3):
+        for all_of_it, one_of_it in zip(everything(...), everything(np.s_[:, k]), strict=True):
+            np.testing.assert_array_equal(all_of_it[:, k], one_of_it)
+
+
 # wheel torques
 
 bodies = st.builds(
@@ -241,7 +262,9 @@ def test_friction_alone_slows_a_rolling_robot():
 def test_calm_tick_of_the_dynamic_law_is_that_of_its_fastest_direction(slip):
     """A tick scales ë by 1 − h λ P₃₃ρ/ε with λ = 1 along the heading and |1+σ|²/Re(1+σ) across it."""
     layer, rho, corner = 0.02, 0.35, 6.875
-    tick = largest_calm_dynamic_tick(one(layer), one(rho), one(corner), np.array([slip + 0.0j]))[0]
+    ticks = largest_calm_dynamic_tick(one(layer), one(rho), one(corner), np.array([slip + 0.0j]))
+    assert ticks.dtype == float
+    tick = ticks[0]
     rates = np.array([1.0, abs(1.0 + slip) ** 2 / (1.0 + slip.real)]) * corner * rho / layer
     for share in (0.9, 1.0, 1.1):
         factor = np.abs(1.0 - share * tick * rates).max()

@@ -251,6 +251,15 @@ def test_gains_by_hand():
     assert bound(state)[0] == pytest.approx((q * 0.4 + math.hypot(pa, pl)) / (1.0 - q), rel=1e-13)
 
 
+@pytest.mark.parametrize("alpha", [0.01, 0.1, 0.3, 0.49])
+def test_small_gain_of_the_proportional_form_is_that_of_the_worse_sign(alpha):
+    """At rest ρ = q ‖v̂‖/(1 − q), with q the norm of what μ̄ feels for the worse of v_t = ±αv."""
+    rest = DynamicState(one(0.0), one(0.0), one(0.0), one(1.0), one(0.0))
+    rho = ProportionalDynamicBound(one(alpha))(rest)[0]
+    norms = [math.hypot(a / (1.0 + a), a + a * a / (1.0 + a)) for a in (alpha, -alpha)]
+    assert rho / (1.0 + rho) == pytest.approx(max(norms), rel=1e-12)
+
+
 @pytest.mark.parametrize("signs", SIGNS)
 def test_gains_do_not_know_signs(signs):
     state = DynamicState(*(one(value) for value in (0.2, 0.5, 0.1, 0.4, 0.25)))

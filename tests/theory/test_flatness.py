@@ -1,4 +1,5 @@
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -89,10 +90,16 @@ def test_left_turn_has_positive_yaw_rate():
 
 
 def test_standstill_is_the_singularity_and_says_so():
-    speed, _, u1, u2 = flat_to_state(np.zeros((1, 2)), np.ones((1, 2)))
-    assert speed[0] == 0.0
-    assert not np.isfinite(u1[0])
-    assert not np.isfinite(u2[0])
+    """In its values, not in warnings: 0/0 where nothing accelerates, 1/0 where the robot sets off."""
+    accelerations = np.array([[1.0, 1.0], [0.0, 0.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        speed, _, u1, u2 = flat_to_state(np.array([[0.0, 0.0], [0.0, 0.0]]), accelerations)
+        crawling = flat_to_state(np.array([[1e-200, 0.0]]), np.array([[0.0, 1.0]]))
+    assert not speed.any()
+    assert not np.isfinite(u1).any()
+    assert not np.isfinite(u2).any()
+    assert crawling[3][0] == np.inf
 
 
 def test_leading_axes_may_be_any():
@@ -102,3 +109,6 @@ def test_leading_axes_may_be_any():
     one = flat_to_state(velocity[4, 2], acceleration[4, 2])
     assert speed.shape == heading.shape == (5, 3)
     assert [speed[4, 2], heading[4, 2], u1[4, 2], u2[4, 2]] == list(one)
+    back = state_to_flat(speed, heading, u1, u2)
+    np.testing.assert_allclose(back[0], velocity, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(back[1], acceleration, rtol=0, atol=1e-12)

@@ -1,4 +1,5 @@
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -165,6 +166,16 @@ def test_the_last_instant_still_has_the_polynomial_s_acceleration(build_polynomi
         np.testing.assert_allclose(field[1], field[0], rtol=0, atol=1e-7)
         assert np.abs(field[1]).max() > 0.1
         assert not field[2].any()
+
+
+def test_a_cubic_may_begin_and_end_at_rest():
+    """Half of the way at half the time, fastest there; nothing is divided by the speed."""
+    ends = np.array([[0.0, 0.0, 0.3, 0.0]]), np.array([[2.0, 1.0, 0.3, 0.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        at = PointToPoint(*ends, full(1, 4.0), at_origin(1)).at(np.array([0.0, 2.0, 4.0]))
+    np.testing.assert_allclose(at.position[0], [[0.0, 0.0], [1.0, 0.5], [2.0, 1.0]], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(at.velocity[0], [[0.0, 0.0], [0.75, 0.375], [0.0, 0.0]], rtol=0, atol=1e-14)
 
 
 def test_line():

@@ -47,6 +47,14 @@ def test_the_clock_s_derivatives_are_derivatives():
         np.testing.assert_allclose(here[order + 1], slope, rtol=0, atol=2e-9)
 
 
+def test_the_clock_s_third_derivative_jumps_at_both_ends_and_has_its_jump_there():
+    """60 total/duration³ on arrival and on departure, inside of the ends; nothing beside them."""
+    times = np.array([[-1e-9, 0.0, DURATION, DURATION + 1e-9]])
+    third = smooth_step(times, np.array([[DURATION]]), np.array([[TOTAL]]))[3][0]
+    most = 60.0 * TOTAL / DURATION**3
+    np.testing.assert_allclose(third, [0.0, most, most, 0.0], rtol=1e-14)
+
+
 def test_the_plan_s_derivatives_are_derivatives_by_real_time():
     step = 1e-4
     times = np.linspace(0.5, DURATION - 0.5, 59)

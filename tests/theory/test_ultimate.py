@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -43,6 +44,14 @@ def test_bounds_of_the_papers_law():
 
 
 @pytest.mark.parametrize("order", [2, 3])
+def test_level_that_cannot_be_left_is_that_of_the_longest_axis(order):
+    """λ_max of a positive definite matrix is its spectral norm."""
+    _, weights = one_axis(-0.5, order)
+    expected = float(np.linalg.norm(weights, 2)) * 0.02 * 0.08 / 2.0
+    assert ultimate.level_set(weights, 0.02, 0.08) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [2, 3])
 @pytest.mark.parametrize("pole", POLES)
 @pytest.mark.parametrize(("layer", "gain"), [(0.02, 0.08), (0.1, 1.0), (0.005, 2.0)])
 def test_tight_level_is_the_largest_where_the_function_may_grow(order, pole, layer, gain):
@@ -61,11 +70,51 @@ def test_tight_level_is_the_largest_where_the_function_may_grow(order, pole, lay
     assert values.max() > 0.97 * level
 
 
+@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("pole", [-0.5, -2.0])
+@pytest.mark.parametrize(("layer", "gain"), [(0.02, 0.08), (0.1, 1.0)])
+def test_tight_level_is_the_maximum_found_by_a_search(order, pole, layer, gain):
+    """Over ‖w‖ and the direction across the row, which is a sign or an angle; no multiplier, no dual."""
+    _, weights = one_axis(pole, order)
+    row = weights[-1]
+    frame = np.linalg.qr(np.column_stack([row, np.eye(order)[:, : order - 1]]))[0]
+
+    def level(length: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        square = 2.0 * gain * (length - length**2 / layer) - length**2 / (row @ row)
+        radius = np.sqrt(np.maximum(square, 0.0))
+        parts = [length / np.linalg.norm(row) * np.sign(frame[:, 0] @ row), radius * np.cos(angle)]
+        parts = np.broadcast_arrays(*parts, radius * np.sin(angle))[:order]
+        error = np.stack(parts, axis=-1) @ frame.T
+        return np.where(square > 0.0, np.einsum("...i,ij,...j->...", error, weights, error), 0.0)
+
+    centre, width = np.array([layer / 2.0, math.pi]), np.array([layer / 2.0, math.pi])
+    steps, largest = np.linspace(-1.0, 1.0, 61), 0.0
+    for _ in range(12):
+        lengths, angles = centre[0] + width[0] * steps[:, None], centre[1] + width[1] * steps[None, :]
+        values = level(lengths, angles)
+        best = np.unravel_index(np.argmax(values), values.shape)
+        largest = float(values[best])
+        centre, width = np.array([lengths[best[0], 0], angles[0, best[1]]]), width / 8.0
+    assert ultimate.tight_level_set(weights, layer, gain) == pytest.approx(largest, rel=1e-7)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("scale", [1e-4, 1e4])
+def test_tight_level_is_homogeneous(order, scale):
+    """Errors, ε and ρ in another unit of length: V goes with its square."""
+    _, weights = one_axis(-0.5, order)
+    level = ultimate.tight_level_set(weights, 0.02, 0.08)
+    scaled = ultimate.tight_level_set(weights, scale * 0.02, scale * 0.08)
+    assert scaled == pytest.approx(scale**2 * level, rel=1e-9)
+
+
 def test_nothing_is_left_without_a_layer_or_an_uncertainty():
     _, weights = one_axis(-0.5, 2)
-    for layer, gain in ((0.0, 1.0), (0.02, 0.0)):
-        assert ultimate.tight_level_set(weights, layer, gain) == 0.0
-        assert ultimate.level_set(weights, layer, gain) == 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for layer, gain in ((0.0, 1.0), (0.02, 0.0), (0.0, 0.0)):
+            assert ultimate.tight_level_set(weights, layer, gain) == 0.0
+            assert ultimate.level_set(weights, layer, gain) == 0.0
 
 
 def test_small_gain_is_for_the_kinematic_law_only():
@@ -74,6 +123,13 @@ def test_small_gain_is_for_the_kinematic_law_only():
         # derived for Q = I: below 1 between the poles −(1 + √2) and −1/(1 + √2)
         expected = ((pole - 1.0 / pole) / 2.0) ** 2
         assert ultimate.small_gain(*one_axis(pole, 2)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(("corner", "last"), [(2.0, 1.0), (1.0, 1.0), (0.0, 1.0), (-0.5, 1.0)])
+def test_small_gain_promises_nothing_without_damping_or_coupling(corner, last):
+    """a = K₂ − P₁₂/P₂₂ and P₁₂ must be positive: matrices by hand, for Q = I they always are."""
+    weights = np.array([[3.0, corner], [corner, last]])
+    assert ultimate.small_gain(np.array([0.25, 1.0]), weights) == math.inf
 
 
 def worst_case(

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -181,6 +183,22 @@ def test_identity_and_properties(recording: Recording) -> None:
     assert row["robust_kinematic.rms_position_error"] == [0.001]
     assert row["nominal_kinematic.status"] == ["completed"]
     assert "nominal_kinematic.x" not in row
+
+
+def test_a_busy_machine_writes_the_same_recording(
+    table: pa.Table, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from slipctl.view import recording
+
+    written = recording.log_series
+
+    def late(*arguments: Any) -> int:
+        time.sleep(0.7)  # longer than Rerun waits for more to put into a chunk
+        return written(*arguments)
+
+    monkeypatch.setattr(recording, "log_series", late)
+    slow = write_recording(tmp_path / "slow.rrd", table, [NOMINAL, ROBUST], INFO)
+    assert rrd("compare", path, slow) == 0
 
 
 def test_files_of_the_same_run_are_equal_and_sound(table: pa.Table, path: Path, tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ class _Ended:
         """Yield what becomes of chunks, at most `ahead` of them handed over at a time."""
         self.tries += 1
         held = dict(map(self._submit, islice(waiting, ahead)))
-        ended = self.distributed.as_completed(list(held))
+        ended = self.distributed.as_completed(list(held), loop=self.client.loop)
         for future in ended:
             chunk = held.pop(future)
             try:
