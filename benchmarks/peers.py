@@ -10,6 +10,9 @@ minute, on one thread. PyBullet is left out where it is not installed; its conta
 default of 50 sweeps (`--sweeps`).
 """
 
+# MuJoCo's compiled modules carry no type stubs, so pyright knows none of their names.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import argparse

@@ -123,7 +123,7 @@ def one_run(repeats: int) -> dict[str, Any]:
     ran, floor = statistics.median(walls), statistics.median(floors)
     allowed = 2.5 * floor + 1.5
     print(
-        f"run       {ran:.2f} s wall for 2 runs of 20 s on MuJoCo, start and recording included; replay takes "
+        f"run       {ran:.2f} s wall for 2 runs of 20 s on MuJoCo, with start and recordings; replay takes "
         f"{floor:.2f} s, 2.5 times that and 1.5 s are {allowed:.2f} s\n"
     )
     return {"part": "run", "wall_s": round(ran, 3), "floor_s": round(floor, 3)}

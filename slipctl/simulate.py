@@ -171,7 +171,7 @@ def simulate(
             break
         memory = decision.memory
         state = plant.step(state, decision.command, tick)
-        ended = running & (state.status != Status.RUNNING)
+        ended = running & (state.status != int(Status.RUNNING))
         if ended.any():
             last_row[ended] = k
             running &= ~ended

@@ -120,3 +120,45 @@ def test_rows_after_the_end_are_left_out_and_missing_law_columns_are_null(record
     assert table.num_rows == 13
     assert table["decision.robust_gain"].null_count == 13
     assert "wheel.torque.left" not in table.column_names
+
+
+def test_blocks_of_any_size_make_the_same_columns(recorded, monkeypatch):
+    columns, _, rows = recorded
+    for block in (8, 16, 50, 51, 1000):
+        # never less than eight rows at once
+        monkeypatch.setattr("slipctl.recording.recorder.ROWS_AT_ONCE", 2 * block)
+        recorder = Recorder(len(rows), 2)
+        for k, row in enumerate(rows):
+            recorder.write(k, row)
+        again = recorder.columns()
+        assert list(again) == list(columns)
+        for name, values in again.items():
+            assert values.tobytes() == columns[name].tobytes(), name
+            assert values.flags.c_contiguous
+
+
+def test_a_recording_that_stops_early_keeps_what_came(recorded, monkeypatch):
+    columns, _, rows = recorded
+    monkeypatch.setattr("slipctl.recording.recorder.ROWS_AT_ONCE", 16)
+    recorder = Recorder(len(rows), 2)
+    for k, row in enumerate(rows[:21]):
+        recorder.write(k, row)
+    for name, values in recorder.columns().items():
+        assert np.array_equal(values[:, :21], columns[name][:, :21])
+        assert not values[:, 21:].any()
+
+
+def test_tables_of_a_batch_are_those_of_each_world_alone(recorded):
+    columns, _, _ = recorded
+    columns = with_errors(columns)
+    columns["guarantee.uncertainty"] = columns["slip.ratio"].copy()
+    columns["guarantee.held"] = columns["slip.ratio"] > 0.3
+    last_rows = [50, 12]
+    together = signal_tables([4, 9], columns, last_rows, 0.01)
+    for world, table in enumerate(together):
+        own = {name: values[world : world + 1].copy() for name, values in columns.items()}
+        assert table.equals(signal_tables([[4, 9][world]], own, [last_rows[world]], 0.01)[0])
+        told = table["guarantee.held"].to_pylist()
+        assert told[-1] is None
+        assert told[:-1] == columns["guarantee.held"][world, : last_rows[world]].tolist()
+        assert table["guarantee.uncertainty"].null_count == 1

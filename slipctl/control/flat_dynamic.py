@@ -45,13 +45,14 @@ def decide(
     memory: PushMemory,
     motion: Motion,
     flat_input: Array,
+    model: Array,
     trace: DecisionTrace,
     tick: float,
 ) -> Decision[TorqueCommand]:
-    """Map a flat input (N, 2) [m/s³] to limited torques."""
+    """Map a flat input (N, 2) to limited torques; `model` is `model_drift` (N, 2), both in m/s³."""
     c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
     speed = np.maximum(motion.forward_speed, drive.speed_floor)
-    jerk, yaw_acceleration = invert_dynamics(speed, c, s, flat_input, model_drift(motion, memory))
+    jerk, yaw_acceleration = invert_dynamics(speed, c, s, flat_input, model)
     command, memory, saturated = drive.command(
         memory.acceleration, jerk, yaw_acceleration, motion.wheel_rate, tick
     )

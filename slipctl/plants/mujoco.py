@@ -222,7 +222,7 @@ class MujocoPlant:
         steps = round(tick / timestep)
         if steps < 1 or abs(steps * timestep - tick) > 1e-9 * tick:
             raise ValueError(f"the tick of {tick} s is not a multiple of the physics step of {timestep} s")
-        running = state.status == Status.RUNNING
+        running = state.status == int(Status.RUNNING)
         if not running.any():
             return replace(state, time=state.time + tick)
         self._load(state, self._told(state, command), tick)

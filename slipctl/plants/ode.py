@@ -26,6 +26,8 @@ class OdeState:
         [m].
     heading, forward_speed : (N,) arrays
         θ [rad] and v [m/s].
+    heading_vector : (N, 2) array
+        Cosine and sine of θ.
     yaw_rate : (N,) array
         The w in force before this instant [rad/s].
     wheel_angle : (N, 2) array
@@ -37,6 +39,7 @@ class OdeState:
     time: float
     position: Array
     heading: Array
+    heading_vector: Array
     forward_speed: Array
     yaw_rate: Array
     wheel_angle: Array
@@ -69,6 +72,7 @@ class KinematicOde:
             time=0.0,
             position=np.array(start.position, order="F"),
             heading=start.heading.copy(),
+            heading_vector=pair(np.cos(start.heading), np.sin(start.heading)),
             forward_speed=start.forward_speed.copy(),
             yaw_rate=start.yaw_rate.copy(),
             wheel_angle=np.zeros(start.position.shape, order="F"),
@@ -78,12 +82,12 @@ class KinematicOde:
     def observe(self, state: OdeState) -> Motion:
         """Return the motion at the state's instant, before a new command takes force."""
         slip = self.slip_law.affine(state.time).at(state.forward_speed)
-        cosine, sine = np.cos(state.heading), np.sin(state.heading)
+        cosine, sine = state.heading_vector[:, 0], state.heading_vector[:, 1]
         velocity = slipping_velocity(state.forward_speed, slip, cosine, sine)
         return Motion(
             position=state.position,
             velocity=pair(*velocity),
-            heading_vector=pair(cosine, sine),
+            heading_vector=state.heading_vector,
             heading_rate=state.yaw_rate + slip.yaw,
             wheel_rate=self.geometry.wheel_rates(state.forward_speed, state.yaw_rate),
             wheel_angle=state.wheel_angle,
@@ -110,25 +114,31 @@ class KinematicOde:
             return speed, self.slip_law.affine(state.time + elapsed).at(speed)
 
         # Neither position nor heading feeds back on speed and slip, so both stages in the middle have the
-        # same, every stage's heading is known beforehand, and one call turns all four.
+        # same, every heading is known beforehand, and one call turns all of them.
         with np.errstate(over="ignore", invalid="ignore"):
             (v1, s1), (v2, s2), (v4, s4) = driven(0.0), driven(tick / 2.0), driven(tick)
             h1, h2, h4 = turn + s1.yaw, turn + s2.yaw, turn + s4.yaw
-            heading = state.heading
-            headings = np.array(
-                (heading, heading + tick / 2.0 * h1, heading + tick / 2.0 * h2, heading + tick * h2)
-            )
+            first = state.heading
+            last = first + _simpson(h1, h2, h2, h4) * (tick / 6.0)
+            later = np.array((first + tick / 2.0 * h1, first + tick / 2.0 * h2, first + tick * h2, last))
+            cosines, sines = np.cos(later), np.sin(later)
             slip = Slip(
                 np.array((s1.longitudinal, s2.longitudinal, s2.longitudinal, s4.longitudinal)),
                 np.array((s1.lateral, s2.lateral, s2.lateral, s4.lateral)),
                 np.array((s1.yaw, s2.yaw, s2.yaw, s4.yaw)),
             )
-            x, y = slipping_velocity(np.array((v1, v2, v2, v4)), slip, np.cos(headings), np.sin(headings))
+            x, y = slipping_velocity(
+                np.array((v1, v2, v2, v4)),
+                slip,
+                np.array((state.heading_vector[:, 0], *cosines[:3])),
+                np.array((state.heading_vector[:, 1], *sines[:3])),
+            )
             moved = pair(_simpson(*x), _simpson(*y)) * (tick / 6.0)
             new = OdeState(
                 time=state.time + tick,
                 position=state.position + moved,
-                heading=heading + _simpson(h1, h2, h2, h4) * (tick / 6.0),
+                heading=last,
+                heading_vector=pair(cosines[3], sines[3]),
                 # not v + ū₁·tick: the law remembers the speed it commanded, to the last bit
                 forward_speed=command.forward_speed,
                 yaw_rate=turn,
@@ -144,6 +154,7 @@ class KinematicOde:
             time=new.time,
             position=np.where(moves[:, None], new.position, state.position),
             heading=np.where(moves, new.heading, state.heading),
+            heading_vector=np.where(moves[:, None], new.heading_vector, state.heading_vector),
             forward_speed=np.where(moves, new.forward_speed, state.forward_speed),
             yaw_rate=np.where(moves, new.yaw_rate, state.yaw_rate),
             wheel_angle=np.where(moves[:, None], new.wheel_angle, state.wheel_angle),
