@@ -165,7 +165,7 @@ class SlipctlCheck:
                 report = check_law(chosen, label, controller, path, claims, threads, self._record())
             else:
                 report = record_law(chosen, label, controller, path, reason.strip(), claims, threads)
-        except (ScenarioError, CannotJudge, OutputError) as error:
+        except (ScenarioError, CannotJudge, OutputError, OSError) as error:
             self._say(f"{_called(scenario)}, {label}: not judged")
             raise pytest.fail.Exception(str(error), pytrace=False) from None
         except OwnLawError as error:

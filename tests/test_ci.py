@@ -1,5 +1,6 @@
 """What CI runs is what the README tells a newcomer to run."""
 
+import math
 import os
 import re
 import shlex
@@ -11,6 +12,10 @@ from typing import Any
 import pytest
 import yaml
 from packaging.requirements import Requirement
+
+from slipctl import shipped
+from slipctl.metrics import UNITS
+from slipctl.regression import read
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -99,8 +104,40 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
+def test_the_page_says_how_wide_the_tolerances_of_the_committed_baselines_are():
+    numbers = [
+        (metric, number.value, number)
+        for path in shipped.baseline_folder().glob("*.json")
+        for run in read(path).runs
+        for metric, number in run.metrics.items()
+        if number.gate == "number" and number.value and metric != "guarantee_fraction"
+    ]
+    here = sorted(number.tolerance / value for _, value, number in numbers)
+    elsewhere = sorted(number.tolerance_elsewhere / value for _, value, number in numbers)
+    count = len(numbers)
+    wide = [(metric, value) for metric, value, number in numbers if number.tolerance_elsewhere > 0.2 * value]
+    said = re.search(
+        r"Of the some (\d+) gated numbers .*? by ([\d.]+) % of themselves at most on the same engine .*?"
+        r"half of them may be worse by ([\d.]+) %, nine in ten by ([\d.]+) % at most, and ([\d.]+) % of them"
+        r" by more than a fifth: errors of ([\d.]+) mm or ([\d.]+)° at most and smooth torques",
+        " ".join(PAGE.split()),
+    )
+    assert said is not None
+    measured = [
+        count,
+        100.0 * here[int(0.9 * count)],
+        100.0 * elsewhere[int(0.5 * count)],
+        100.0 * elsewhere[int(0.9 * count)],
+        100.0 * len(wide) / count,
+    ]
+    assert [float(text) for text in said.groups()[:5]] == pytest.approx(measured, rel=0.2)
+    limits = {"m": 1e-3 * float(said[6]), "rad": math.radians(float(said[7]))}
+    for metric, value in wide:
+        assert metric == "command_variation" or value <= limits[UNITS[metric]], metric
+
+
 def test_the_ten_lines_of_the_page_are_a_workflow():
-    (text,) = blocks("yaml")
+    text, _ = blocks("yaml")
     assert len(text.splitlines()) == 10
     steps = yaml.safe_load(text)["jobs"]["gate"]["steps"]
     (check,) = [step["run"] for step in steps if "slipctl check" in step.get("run", "")]
@@ -110,11 +147,26 @@ def test_the_ten_lines_of_the_page_are_a_workflow():
     assert "--junit runs/check.xml" in check
 
 
+def test_the_page_s_workflow_that_records_asks_for_what_it_needs_and_uploads_it():
+    workflow = yaml.safe_load(blocks("yaml")[1])
+    asked = workflow[True]["workflow_dispatch"]["inputs"]  # YAML takes the word `on` for a truth value
+    steps = workflow["jobs"]["record"]["steps"]
+    (check,) = [step for step in steps if "slipctl check" in step.get("run", "")]
+    # what a person types is no part of the script: it could be anything
+    assert "${{" not in check["run"]
+    given = {name: re.findall(r"inputs\.(\w+)", value) for name, value in check["env"].items()}
+    assert sorted(name for names in given.values() for name in names) == sorted(asked)
+    assert set(re.findall(r"\$(\w+)", check["run"])) == set(given)
+    (upload,) = [step for step in steps if "upload-artifact" in step.get("uses", "")]
+    assert f"into `{upload['with']['path']}`" in PAGE
+    # the baseline is written though a claim fails
+    assert upload["if"] == "!cancelled()"
+
+
 def commands_of_the_page():
     lines = [line for text in blocks("sh") for line in text.splitlines()]
-    lines += [
-        step["run"] for step in yaml.safe_load(blocks("yaml")[0])["jobs"]["gate"]["steps"] if "run" in step
-    ]
+    jobs = [job for text in blocks("yaml") for job in yaml.safe_load(text)["jobs"].values()]
+    lines += [step["run"] for job in jobs for step in job["steps"] if "run" in step]
     return sorted({line for line in lines if line.startswith("slipctl ")})
 
 

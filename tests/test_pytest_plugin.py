@@ -346,6 +346,41 @@ def test_a_baseline_that_cannot_be_written_is_one_line_before_anything_is_run(su
     assert "own_law.py" not in result.stdout.str()
 
 
+def test_a_disk_that_is_full_at_the_end_is_one_line_too(suite, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("slipctl.regression.own_law.write_with_tracks", full)
+    result = run(suite, "--slipctl-record", "in vain")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*No space left on device", "line.toml, my_law: not judged"])
+    assert "own_law.py" not in result.stdout.str()
+
+
+NOISY = """
+class Noisy:
+    def __init__(self, robot):
+        self.law = my_law(robot)
+        self.noise = np.random.default_rng()
+
+    def start(self, start):
+        return self.law.start(start)
+
+    def update(self, memory, reference, motion, tick):
+        wrong = 0.001 * self.noise.standard_normal(motion.position.shape)
+        return self.law.update(memory, reference, replace(motion, position=motion.position + wrong), tick)
+"""
+
+
+def test_a_law_that_does_not_repeat_is_not_recorded(suite) -> None:
+    suite.path.joinpath("law.py").write_text("from dataclasses import replace\n" + LAW + NOISY, "utf-8")
+    suite.makepyfile(test_law=TEST.replace("law.my_law", "law.Noisy"))
+    result = run(suite, "--slipctl-record", "in vain")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["line: noisy is not repeatable, so that nothing can be recorded: *"])
+    assert not baseline(suite, "noisy").exists()
+
+
 CHAOTIC = """
 from dataclasses import replace
 

@@ -30,3 +30,23 @@ def test_folders_inside_the_package_come_first(tmp_path, monkeypatch):
     assert shipped.model_names() == ("inside",)
     assert shipped.scenario_names() == ("a", "b")
     assert shipped.baseline_folder() == package / "scenarios" / "baselines"
+
+
+WITHOUT_BASELINE = {
+    "bumpy-floor": "15 s of one core, and its claims hold it",
+    "slope-torque-model": "a mistake on show: the robot rolls back by metres, which test_shipped_laws holds",
+    "wrong-beliefs": "6 s of one core, a table of docs/wrong-beliefs.md",
+    "wrong-beliefs-inertia": "7 s of one core, a table of docs/wrong-beliefs.md",
+    "wrong-beliefs-torque": "7 s of one core, a table of docs/wrong-beliefs.md",
+    "wrong-beliefs-track": "6 s of one core, a table of docs/wrong-beliefs.md",
+}
+"""Shipped scenarios that are not gated by their numbers, and why."""
+
+
+def test_every_other_shipped_scenario_has_a_baseline_and_its_tracks():
+    """A bare `slipctl check` takes what it finds: a baseline that is gone would not be missed."""
+    recorded = {path.stem for path in shipped.baseline_folder().glob("*.json")}
+    assert recorded == set(shipped.scenario_names()) - set(WITHOUT_BASELINE)
+    assert set(WITHOUT_BASELINE) < set(shipped.scenario_names())
+    tracks = {path.name for path in shipped.baseline_folder().glob("*.parquet")}
+    assert tracks == {f"{name}.tracks.parquet" for name in recorded}

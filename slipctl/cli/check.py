@@ -78,9 +78,7 @@ def check(
     from slipctl import regression
 
     if why is not None and not scenarios:
-        raise BadInput(
-            _which_to_record(regression.recorded_scenarios(), "--record" if record else "--update")
-        )
+        raise BadInput(_which_to_record(regression.recorded_scenarios(), record))
     names = scenarios or regression.recorded_scenarios()
     if not names:
         print(
@@ -141,9 +139,11 @@ def _read(names: Sequence[str]) -> list[Scenario]:
     return [load(name) for name in names]
 
 
-def _which_to_record(recorded: Sequence[str], option: str) -> str:
+def _which_to_record(recorded: Sequence[str], first: bool) -> str:
     """Say that all baselines at once are not what anyone means."""
-    text = f"{option} needs to be told which scenario: slipctl check SCENARIO {option} --reason '…'"
+    if first:
+        return "--record needs to be told which scenario: slipctl check SCENARIO --record"
+    text = "--update needs to be told which scenario: slipctl check SCENARIO --update --reason '…'"
     named = ", ".join(recorded[:NAMED]) + (", …" if len(recorded) > NAMED else "")
     return f"{text}; with a baseline: {named}" if recorded else text
 

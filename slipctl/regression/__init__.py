@@ -5,8 +5,8 @@ from slipctl.regression.artefacts import record_failing
 from slipctl.regression.baseline import Baseline, CannotJudge, Number, RunBaseline, read, write
 from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios
 from slipctl.regression.git import UnknownRevision
-from slipctl.regression.judge import Finding, Verdict, judge
-from slipctl.regression.record import Recording, record
+from slipctl.regression.judge import Finding, Verdict, judge, unjudged
+from slipctl.regression.record import Recording, record, try_to_write
 from slipctl.regression.spread import measure
 
 __all__ = [
@@ -29,5 +29,7 @@ __all__ = [
     "record",
     "record_failing",
     "recorded_scenarios",
+    "try_to_write",
+    "unjudged",
     "write",
 ]

@@ -10,12 +10,13 @@ from slipctl import experiment
 from slipctl.regression.baseline import Baseline, CannotJudge, RunBaseline, read, run_key
 from slipctl.regression.check import Report, baseline_file, run
 from slipctl.regression.gated import GATED
-from slipctl.regression.judge import Finding, Verdict, judge
+from slipctl.regression.judge import judge, unjudged
 from slipctl.regression.origin import Origin, differences, is_elsewhere
 from slipctl.regression.paired import paired_differences
 from slipctl.regression.reference import Reference, find
 from slipctl.regression.spread import TIMESTEP, Neighbour, measure, scenarios_beside
 from slipctl.regression.tracks import ticks_of_runs
+from slipctl.regression.ungated import only_status_judged
 from slipctl.scenario import Scenario, load, scenario_id
 
 Progress = Callable[[int, int, str], None]
@@ -74,8 +75,7 @@ def against(source: str, name: str, threads: int | None = None, progress: Progre
         result = run(scenario, threads, progress)
         return _compare(source, scenario, reference, result, threads, progress)
     except CannotJudge as error:
-        why = Finding(scenario.name, None, {}, None, None, None, None, None, Verdict.UNJUDGED, str(error))
-        return Report(scenario.name, (why,))
+        return Report(scenario.name, (unjudged(scenario.name, str(error)),))
 
 
 def _compare(
@@ -105,6 +105,7 @@ def _compare(
         notes.append("no baseline of this scenario: tolerances measured here, from moved starts")
         recorded = _measured(scenario, result, elsewhere, threads, progress)
     baseline = as_baseline(reference.payload, recorded, reference.label)
+    notes += only_status_judged(baseline.runs)
     findings = judge(baseline, payload, elsewhere)
     findings += paired_differences(findings)
     absent = [
@@ -112,7 +113,7 @@ def _compare(
     ]
     if absent:
         why = f"{reference.label} does not hold {', '.join(absent)}"
-        findings.append(Finding(scenario.name, None, {}, None, None, None, None, None, Verdict.UNJUDGED, why))
+        findings.append(unjudged(scenario.name, why))
     about = {"commit": reference.commit, "date": reference.date, "against": reference.label}
     # without the claims: they are about one result, not about a difference
     certified = result.manifest.get("certified")

@@ -11,8 +11,10 @@ from slipctl import experiment, shipped
 from slipctl.experiment.own import OwnLaws
 from slipctl.regression.baseline import Baseline, CannotJudge, read
 from slipctl.regression.claims import judge_claims
-from slipctl.regression.judge import Finding, Verdict, judge
+from slipctl.regression.judge import Finding, judge, unjudged
 from slipctl.regression.origin import Origin, differences, is_elsewhere
+from slipctl.regression.ungated import only_status_judged
+from slipctl.report.judged import update_command
 from slipctl.scenario import Scenario, load, scenario_id
 
 Progress = Callable[[int, int, str], None]
@@ -29,7 +31,8 @@ class Report:
     findings
         Every comparison made; a single unjudged one where there was no sound baseline.
     notes
-        What is different from when the baseline was recorded and does not stop the judgement.
+        What is different from when the baseline was recorded and does not stop the judgement, and of which
+        runs hardly anything is judged.
     certified
         As in a manifest: whether its model is certified against closed forms; None where nothing was run, or
         where the plant has no engine.
@@ -94,18 +97,43 @@ def check(source: str, threads: int | None = None, progress: Progress | None = N
     path = baseline_file(source, scenario)
     try:
         baseline = read(path, source)
-        if baseline.scenario_id != scenario_id(scenario):
-            raise CannotJudge(
-                f"{scenario.name} is another scenario than the one {path} was recorded from; "
-                f"record the new one: slipctl check {source} --update --reason '…'"
-            )
+        see_whose(baseline, scenario, path, update_command(source))
     except CannotJudge as error:
-        unjudged = _unjudged(scenario.name, str(error))
+        finding = unjudged(scenario.name, str(error))
         if not scenario.expect:
-            return Report(scenario.name, (unjudged,))
+            return Report(scenario.name, (finding,))
         # what is claimed needs no baseline
-        return report(scenario, run(scenario, threads, progress), (unjudged,))
+        return report(scenario, run(scenario, threads, progress), (finding,))
     return compare(scenario, baseline, run(scenario, threads, progress))
+
+
+def see_whose(baseline: Baseline, scenario: Scenario, path: Path, command: str) -> None:
+    """See that a baseline is of this very scenario.
+
+    Parameters
+    ----------
+    baseline : Baseline
+    scenario : Scenario
+    path : pathlib.Path
+        Where the baseline lies.
+    command : str
+        What records it again, for the message.
+
+    Raises
+    ------
+    CannotJudge
+        It is of another one, or of one by another name.
+    """
+    if baseline.scenario_id != scenario_id(scenario):
+        raise CannotJudge(
+            f"{scenario.name} is another scenario than the one {path} was recorded from; "
+            f"record the new one: {command}"
+        )
+    if baseline.scenario != scenario.name:
+        raise CannotJudge(
+            f"baseline {path} is damaged at scenario: it says {baseline.scenario}, not {scenario.name}; "
+            f"record it again: {command}"
+        )
 
 
 def compare(scenario: Scenario, baseline: Baseline, result: experiment.Result) -> Report:
@@ -113,7 +141,8 @@ def compare(scenario: Scenario, baseline: Baseline, result: experiment.Result) -
     now = Origin.of_manifest(result.manifest)
     findings = judge(baseline, result.json(), is_elsewhere(baseline, now))
     about = {"commit": baseline.commit, "date": baseline.date, "reason": baseline.reason}
-    return report(scenario, result, findings, differences(baseline, now), about)
+    notes = (*differences(baseline, now), *only_status_judged(baseline.runs, scenario.expect))
+    return report(scenario, result, findings, notes, about)
 
 
 def report(
@@ -143,7 +172,3 @@ def run(
     if result.interrupted:
         raise KeyboardInterrupt
     return result
-
-
-def _unjudged(name: str, why: str) -> Finding:
-    return Finding(name, None, {}, None, None, None, None, None, Verdict.UNJUDGED, why)

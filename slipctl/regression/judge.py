@@ -91,6 +91,11 @@ class Finding:
         return {**entry, "varied": dict(self.varied), "verdict": str(self.verdict), "interval": interval}
 
 
+def unjudged(scenario: str, why: str) -> Finding:
+    """Give the finding that a scenario could not be judged as a whole, and why."""
+    return Finding(scenario, None, {}, None, None, None, None, None, Verdict.UNJUDGED, why)
+
+
 def judge(baseline: Baseline, payload: Mapping[str, Any], elsewhere: bool = False) -> list[Finding]:
     """Compare a result with its baseline.
 

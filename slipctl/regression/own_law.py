@@ -11,14 +11,15 @@ import numpy as np
 
 from slipctl import experiment
 from slipctl.regression.baseline import Baseline, CannotJudge, read
-from slipctl.regression.check import run
+from slipctl.regression.check import run, see_whose
 from slipctl.regression.claims import judge_claims
 from slipctl.regression.judge import Finding, judge
 from slipctl.regression.origin import Origin, differences, is_elsewhere
 from slipctl.regression.own_law_report import OwnLawReport
 from slipctl.regression.record import changes, new_baseline, try_to_write, write_with_tracks
 from slipctl.regression.spread import neighbours
-from slipctl.scenario import Claim, Scenario, StatusIs, dump, scenario_id
+from slipctl.regression.ungated import only_status_judged
+from slipctl.scenario import Claim, Scenario, StatusIs, dump
 from slipctl.scenario import read as read_scenario
 from slipctl.scenario.controllers import KINDS_WITH_THEOREM
 
@@ -101,7 +102,7 @@ def check_law(
     now = Origin.of_manifest(result.manifest)
     findings = judge(baseline, only.json(), is_elsewhere(baseline, now))
     findings += _claimed(scenario, claims, result, only)
-    notes = tuple(differences(baseline, now))
+    notes = (*differences(baseline, now), *only_status_judged(baseline.runs, claims))
     return OwnLawReport(scenario.name, label, path, tuple(findings), result, baseline, notes)
 
 
@@ -130,6 +131,8 @@ def record_law(
 
     Raises
     ------
+    CannotJudge
+        From the very same start the law gave something else: nothing was recorded.
     OwnLawError
         The law cannot be used.
     OutputError
@@ -160,11 +163,7 @@ def record_law(
 
 def _sound(scenario: Scenario, path: Path, command: str) -> Baseline:
     baseline = read(path, command=command)
-    if baseline.scenario_id != scenario_id(scenario):
-        raise CannotJudge(
-            f"{scenario.name} is another scenario than the one {path} was recorded from; "
-            f"record the new one: {command}"
-        )
+    see_whose(baseline, scenario, path, command)
     return baseline
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from slipctl.regression.git import commit_around
 from slipctl.regression.origin import Origin
 from slipctl.regression.spread import Neighbour, measure, neighbours
 from slipctl.regression.tracks import ticks_of_runs, tracks_file, write_tracks
+from slipctl.regression.ungated import only_status_judged
 from slipctl.scenario import Scenario, load
 
 
@@ -68,6 +69,8 @@ def record(
     ------
     ScenarioError
         The scenario cannot be read.
+    CannotJudge
+        From the very same start a law gave something else: nothing was recorded.
     OutputError
         The baseline cannot be written, which is seen before anything is run.
     OSError
@@ -87,11 +90,13 @@ def record(
     new = new_baseline(result, beside, reason, path)
     old = None
     try:
-        old = read(path)
+        old = read(path, source)
         said = compare(scenario, old, result)
     except CannotJudge as error:
         notes = (f"nothing to compare with: {error}",) if path.exists() else ()
         said = report(scenario, result, (), notes)
+    silent = only_status_judged(new.runs, scenario.expect)
+    said = replace(said, notes=tuple(dict.fromkeys((*said.notes, *silent))))
     write_with_tracks(new, result, path)
     return Recording(said, path, new, changes(old, new))
 

@@ -47,7 +47,8 @@ def workflow_commands(scenarios: Sequence[Judged], workspace: Path | None = None
             said = [sentence(finding) for finding in findings[:NAMED]]
             if len(findings) > NAMED:
                 said.append(f"and {len(findings) - NAMED} more")
-            if command == "error" and judged.since is not None:
+            # claims are held against what the scenario file says
+            if command == "error" and judged.since is not None and _is_worse(judged):
                 said.append(f"compared with {judged.since}")
             if command == "notice" and judged.update is not None:
                 said.append(f"record it with {judged.update}")

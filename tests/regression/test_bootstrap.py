@@ -94,6 +94,8 @@ def test_what_has_no_mean_is_refused():
         mean_ratio([1.0], [-1.0])
     with pytest.raises(ValueError, match="zip"):
         mean_ratio([1.0, 2.0], [1.0])
+    with pytest.raises(ValueError, match="zip"):
+        mean_difference([1.0, 2.0], [1.0])
 
 
 @pytest.mark.parametrize("count", [5, 8, 20])

@@ -317,6 +317,140 @@ def test_a_number_that_is_not_finite_fails_what_is_claimed_of_it(claim):
     assert "no rms_position_error" in finding.note
 
 
+HELD, FAILED = Verdict.CLAIM_HELD, Verdict.CLAIM_FAILED
+BELOW = {"kind": "below", "controller": "robust", "limit": 0.5}
+GUARANTEE = {"kind": "guarantee", "controller": "robust"}
+BOUND = {"kind": "below_bound", "controller": "robust"}
+STATUS = {"kind": "status", "controller": "robust"}
+RMS = "rms_position_error"
+TIPPED = "robust ended early: tipped (seed 4)"
+
+
+def spoilt(entry):
+    entry["metrics"] |= {RMS: None, "guarantee_fraction": None}
+
+
+def tipped(entry):
+    entry["status"] = "tipped"
+
+
+@pytest.mark.parametrize(
+    ("claim", "change", "expected"),
+    [
+        (
+            BETTER,
+            None,
+            (None, RMS, 2.0, 4.0, HELD, "nominal_kinematic / robust, at least, over 6 seeds", 4.0, "1"),
+        ),
+        (BETTER, spoilt, (None, RMS, 2.0, None, FAILED, f"robust has no {RMS} (seed 4)", None, "1")),
+        (BETTER, tipped, (None, RMS, 2.0, None, FAILED, TIPPED, None, "1")),
+        (BELOW, None, (None, RMS, 0.5, 0.002, HELD, "at most, over 6 seeds", 0.002, "m")),
+        (BELOW, spoilt, (None, RMS, 0.5, None, FAILED, f"robust has no {RMS} (seed 4)", None, "m")),
+        (BELOW, tipped, (None, RMS, 0.5, None, FAILED, TIPPED, None, "m")),
+        (GUARANTEE, None, (0, "guarantee_fraction", 1.0, 1.0, HELD, "", None, "1")),
+        (
+            GUARANTEE,
+            spoilt,
+            (
+                None,
+                "guarantee_fraction",
+                1.0,
+                None,
+                FAILED,
+                "robust has no guarantee_fraction (seed 4)",
+                None,
+                "1",
+            ),
+        ),
+        (GUARANTEE, tipped, (None, "guarantee_fraction", 1.0, None, FAILED, TIPPED, None, "1")),
+        (
+            BOUND,
+            None,
+            (0, "settled_error", 0.01, 0.001, HELD, "10 % of the bound, the most of all seeds", None, "m"),
+        ),
+        (BOUND, tipped, (4, "settled_error", 0.01, 0.001, FAILED, TIPPED, None, "m")),
+        (STATUS, None, (None, "status", "completed", "completed", HELD, "", None, None)),
+        (STATUS, tipped, (4, "status", "completed", "tipped", FAILED, "", None, None)),
+    ],
+)
+def test_a_finding_says_what_was_required_measured_and_found(claim, change, expected):
+    scenario = claiming({**claim, "where": {"slip.yaw": 0.2}}, seeds=SEEDS)
+    finding = only(scenario, payload(scenario, change=change and robust_only(change, 0.2, 4)))
+    seed, metric, required, measured, verdict, note, ends, unit = expected
+    assert (finding.scenario, finding.controller, finding.varied) == ("paper", "robust", {"slip.yaw": 0.2})
+    assert (finding.seed, finding.metric, finding.baseline, finding.tolerance) == (
+        seed,
+        metric,
+        required,
+        None,
+    )
+    assert finding.current == (pytest.approx(measured) if isinstance(measured, float) else measured)
+    assert (finding.verdict, finding.note, finding.unit) == (verdict, note, unit)
+    assert finding.interval == (None if ends is None else pytest.approx((ends, ends)))
+    assert finding.claim == str(scenario.expect[0])
+
+
+@pytest.mark.parametrize(
+    ("bound", "error", "verdict", "share"),
+    [
+        (0.01, 0.01, HELD, "100 %"),
+        (0.01, 0.0, HELD, "0 %"),
+        (0.0, 0.0, HELD, "0 %"),
+        (0.0, 1e-9, FAILED, "inf %"),
+        (0.01, None, FAILED, "inf %"),
+        (2.0, 1.0, HELD, "50 %"),
+        (0.5, 1.0, FAILED, "200 %"),
+    ],
+)
+def test_a_settled_error_is_a_share_of_the_bound(bound, error, verdict, share):
+    scenario = claiming({**BOUND, "where": {"slip.yaw": 0.2}})
+
+    def told(entry):
+        entry["guarantee"] |= {"error_bound": bound, "settled_error": error}
+
+    finding = only(scenario, payload(scenario, change=robust_only(told)))
+    assert (finding.verdict, finding.note) == (verdict, f"{share} of the bound")
+
+
+def test_an_open_claim_says_why():
+    claims = [
+        {**BETTER, "only_where_guaranteed": True},
+        BOUND,
+        {**STATUS, "where": {"slip.yaw": 0.4}},
+        {"kind": "status", "where": {"slip.yaw": 0.4}},
+    ]
+    scenario = claiming(*claims)
+
+    def promise_nothing(entry):
+        entry["metrics"]["guarantee_fraction"] = 0.5
+        entry["guarantee"]["error_bound"] = None
+
+    result = payload(scenario, change=robust_only(promise_nothing))
+    some = [entry for entry in result["runs"] if entry["varied"]["slip.yaw"] < 0.4]
+    found = judge_claims(scenario, {**result, "runs": some})
+    assert [(finding.controller, finding.note) for finding in found] == [
+        ("robust", "the guarantee of robust holds throughout in none of these worlds"),
+        ("robust", "the theorem promises no bound in any of these worlds"),
+        ("robust", "no such world was run"),
+        (None, "no such world was run"),
+    ]
+    for finding, claim in zip(found, scenario.expect, strict=True):
+        assert finding == Finding(
+            "paper", finding.controller, {}, None, None, None, None, None, Verdict.CLAIM_OPEN,
+            finding.note, str(claim),
+        )  # fmt: skip
+    nobody = only(claiming(BETTER), {"scenario": "paper", "runs": []})
+    assert nobody.note == "no run of robust and nominal_kinematic"
+
+
+def test_the_price_of_a_benefit_is_said_the_other_way_round():
+    scenario = claiming({**BETTER, "where": {"slip.yaw": 0.2}, "command_variation_factor": 2.5}, seeds=SEEDS)
+    _, price = judge_claims(scenario, payload(scenario))
+    assert price.note == "robust / nominal_kinematic, at most, over 6 seeds"
+    assert price.interval == pytest.approx((3.0, 3.0))
+    assert (price.controller, price.unit, price.seed) == ("robust", "1", None)
+
+
 def test_a_claim_about_runs_that_there_are_not_is_open():
     scenario = claiming(BETTER, {"kind": "status"})
     result = payload(scenario)

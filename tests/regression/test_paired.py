@@ -29,7 +29,8 @@ def test_a_constant_shift_is_the_difference_and_its_whole_interval():
     assert mean.current == pytest.approx(0.043, rel=1e-12)
     assert mean.tolerance == pytest.approx(1e-4, rel=1e-12)
     assert mean.verdict is Verdict.WORSE
-    assert (mean.controller, mean.varied, mean.seed, mean.metric) == ("a", {}, None, METRIC)
+    assert (mean.scenario, mean.controller) == ("ice", "a")
+    assert (mean.varied, mean.seed, mean.metric) == ({}, None, METRIC)
     assert mean.unit == "m"
     assert mean.note.startswith("mean of 6 runs")
 
@@ -48,6 +49,11 @@ def test_a_constant_shift_is_the_difference_and_its_whole_interval():
 def test_which_way_is_worse_and_from_where_on(metric, shift, verdict):
     pairs = [number(value, value + shift, metric=metric) for value in (0.25, 0.5)]
     assert paired_differences(pairs)[0].verdict is verdict
+
+
+def test_nothing_is_a_number_too():
+    (mean,) = paired_differences([number(0.0, 0.0, 0.0), number(0.0, 0.0, 0.0)])
+    assert (mean.baseline, mean.current, mean.tolerance, mean.interval) == (0.0, 0.0, 0.0, (0.0, 0.0))
 
 
 @pytest.mark.parametrize("shift", [-0.25, 0.25])

@@ -44,10 +44,10 @@ def test_every_number_that_changed_is_listed_with_old_and_new():
 
 
 def test_a_tolerance_that_changed_alone_is_listed():
-    before, after = (baseline_of(payload([run_entry("a")]), tolerance) for tolerance in (1e-4, 2e-4))
+    before, after = (baseline_of(payload([run_entry("a")]), tolerance) for tolerance in (1e-5, 2e-5))
     rows = changes(before, after)
     assert [row["metric"] for row in rows] == list(GATED)
-    assert {(row["before"]["tolerance"], row["after"]["tolerance"]) for row in rows} == {(1e-4, 2e-4)}
+    assert {(row["before"]["tolerance"], row["after"]["tolerance"]) for row in rows} == {(1e-5, 2e-5)}
 
 
 def test_statuses_and_runs_that_came_or_went_are_listed():

@@ -95,6 +95,13 @@ def test_a_claim_that_fails_is_not_called_a_number_that_got_worse():
     )
 
 
+def test_only_numbers_are_said_to_be_compared_with_a_record():
+    for findings, said_since in (([claim("claim_failed")], False), ([finding()], True)):
+        judged = Judged("ice", findings, commit="abc", date="2026-11-20")
+        ((_, _, said),) = [parsed(line) for line in workflow_commands([judged])]
+        assert said.endswith("compared with commit abc of 2026-11-20") == said_since
+
+
 def test_two_metrics_of_one_claim_are_told_apart():
     judged = Judged("ice", [claim("claim_failed"), claim("claim_failed", metric="command_variation")])
     rows = [cells(row) for row in summary([judged]).splitlines() if row.startswith("| ice")]
@@ -145,6 +152,14 @@ def test_the_summary_says_what_got_worse_by_how_much_and_since_when():
         "12.3 → 14.5 mm (+18 %)",
         "commit abc of 2026-11-20",
     ]
+
+
+def test_a_record_that_names_no_commit_is_named_by_its_day():
+    assert Judged("ice", [], date="2026-11-20").since == "the record of 2026-11-20"
+    assert Judged("ice", [], commit="abc").since == "commit abc"
+    assert Judged("ice", []).since is None
+    row = summary([Judged("ice", [finding()], date="2026-11-20")]).splitlines()[6]
+    assert cells(row)[-1] == "the record of 2026-11-20"
 
 
 def test_the_summary_of_what_is_good_is_a_headline():
