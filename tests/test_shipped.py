@@ -33,6 +33,7 @@ def test_folders_inside_the_package_come_first(tmp_path, monkeypatch):
 
 
 WITHOUT_BASELINE = {
+    "burger": "its model misses three closed forms, and the gate asks for a certificate",
     "bumpy-floor": "15 s of one core, and its claims hold it",
     "slope-torque-model": "a mistake on show: the robot rolls back by metres, which test_shipped_laws holds",
     "wrong-beliefs": "6 s of one core, a table of docs/wrong-beliefs.md",

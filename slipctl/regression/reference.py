@@ -135,6 +135,7 @@ class Revision:
                 payload, by = self._by_its_own(source, file, threads), "the slipctl of then"
             else:
                 payload, by = self._by_this(file, threads, progress), "this slipctl"
+        see_payload(payload, f"what {self.label} gave")
         date = git.day(self.root, self.commit)
         return Reference(self.label, payload, notes=(f"run by {by}",), commit=self.commit[:12], date=date)
 
@@ -170,11 +171,9 @@ class Revision:
         try:
             if answer.returncode:
                 raise ValueError
-            payload = json.loads(answer.stdout)
+            return json.loads(answer.stdout)
         except ValueError:
             raise self._cannot_run(file, _reason(answer.stderr)) from None
-        see_payload(payload, f"what {self.label} gave")
-        return payload
 
     def _cannot_run(self, file: Path, why: str) -> CannotJudge:
         # the temporary path is gone when somebody reads this

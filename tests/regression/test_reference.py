@@ -21,6 +21,16 @@ from tests.repository import Repository, copy_of_slipctl, needs_git
 OFFSET = SHORT_SCENARIO + "[start]\nx_offset = 0.01\n"
 """Starts beside its path, so that the gain plays a part."""
 
+GIVES_NAN = """
+import json
+
+run = {"controller": "a", "varied": {}, "seed": 0, "status": "completed"}
+run["metrics"] = {"rms_position_error": float("nan")}
+head = {"scenario": "ice", "scenario_id": "s", "model_id": None, "versions": {}}
+print(json.dumps(head | {"runs": [run]}))
+"""
+"""A slipctl whose answer is a run with a number that is none."""
+
 SWEPT = OFFSET + '[sweep]\nseed = [1, 2]\n"start.y_offset" = [0.0, 0.01]\n'
 
 
@@ -302,6 +312,8 @@ def slipctl_source(tmp_path_factory):
     repository.git("tag", "broken")
     repository.commit("ends as after Ctrl-C", {"slipctl/cli/__main__.py": "raise SystemExit(130)\n"})
     repository.git("tag", "interrupted")
+    repository.commit("gives no numbers", {"slipctl/cli/__main__.py": GIVES_NAN})
+    repository.git("tag", "nan")
     return repository
 
 
@@ -332,6 +344,15 @@ def test_the_working_folder_and_the_path_do_not_decide_which_slipctl_runs(slipct
 def test_a_slipctl_that_cannot_be_imported_cannot_be_compared_with(slipctl_source, temporary):
     found = find(str(slipctl_source.folder / "scenarios" / "ice.toml"), "broken")
     with pytest.raises(CannotJudge, match=r"broken .* cannot run scenarios/ice.toml: .*missing_module"):
+        found.reference()
+    assert len(slipctl_source.worktrees()) == 1
+    assert list(temporary.iterdir()) == []
+
+
+@needs_git
+def test_a_revision_that_gives_no_numbers_cannot_be_compared_with(slipctl_source, temporary):
+    found = find(str(slipctl_source.folder / "scenarios" / "ice.toml"), "nan")
+    with pytest.raises(CannotJudge, match=r"what nan .* is damaged at runs.0.metrics.rms_position_error"):
         found.reference()
     assert len(slipctl_source.worktrees()) == 1
     assert list(temporary.iterdir()) == []
