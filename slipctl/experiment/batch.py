@@ -147,7 +147,7 @@ def run_batch(
             if assemble.sees_the_truth(worlds)
             else assemble.sensor(members, known, rows, assemble.radius_ratio(known, robot.geometry))
         )
-        recorder = Recorder(rows, len(members))
+        recorder = Recorder(rows, len(members), planned)
         done_before = place * (rows - 1) * len(members)
         ending = simulate(
             plant,

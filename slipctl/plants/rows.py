@@ -81,15 +81,20 @@ class Motor:
         return bool((self.damping != 0.0).all())
 
     def acted(self, sensed: Array, command: Array, wheel_rate: Array) -> Array:
-        """Return the torque (N, 2) that acted over a physics step [N·m].
+        """Return the torque that acted over a physics step [N·m], all arrays (2, N).
 
         The sensor reads the torque at the step's beginning; the implicit integrator applies the one at its
         end, unless the limit held it. The difference, kv·step·(wheel acceleration), is a quarter of what
         speeds a Magellan Pro up.
         """
-        driven = self.gain * command + self.damping * wheel_rate
-        at_end = np.minimum(np.maximum(driven, -self.limit), self.limit)
-        return np.where(np.abs(sensed) < self.limit, at_end, sensed)
+        gain, damping, limit = self._upright
+        driven = gain * command + damping * wheel_rate
+        at_end = np.minimum(np.maximum(driven, -limit), limit)
+        return np.where(np.abs(sensed) < limit, at_end, sensed)
+
+    @cached_property
+    def _upright(self) -> tuple[Array, Array, Array]:
+        return self.gain[:, None], self.damping[:, None], self.limit[:, None]
 
 
 @dataclass(frozen=True)
@@ -182,17 +187,28 @@ class Columns:
 
     def contact(self, rows: Array, sensors: Array, friction: Array) -> WheelContact:
         """Return what the sensors say of the wheels on ground of a friction (N, 2)."""
-        forward = unit(sensors[:, self.forward.start], sensors[:, self.forward.start + 1])
-        left, right = (sensors[:, part] for part in self.force)
-        x, y, normal = (pair(left[:, axis], right[:, axis]) for axis in range(3))
-        cosine, sine = forward[:, :1], forward[:, 1:]
+        told = sensors.T[self.told]
+        x, y, normal, (c, s) = told[0:2], told[2:4], told[4:6], told[6:8]
+        length = np.sqrt(c * c + s * s)
+        length[length == 0.0] = 1.0
+        c, s = c / length, s / length
         tangential = np.sqrt(x * x + y * y)
         return WheelContact(
-            torque=self.motor.acted(sensors[:, self.torque], rows[:, self.control], rows[:, self.wheel_rate]),
-            normal_force=normal,
-            longitudinal_force=cosine * x + sine * y,
-            lateral_force=cosine * y - sine * x,
-            sliding=tangential > SLIDING_SHARE * friction * normal,
+            torque=self.motor.acted(told[8:10], rows.T[self.control], rows.T[self.wheel_rate]).T,
+            normal_force=normal.T,
+            longitudinal_force=(c * x + s * y).T,
+            lateral_force=(c * y - s * x).T,
+            sliding=(tangential > SLIDING_SHARE * friction.T * normal).T,
+        )
+
+    @cached_property
+    def told(self) -> NDArray[np.intp]:
+        """Readings of a contact: x, y and z of both forces, left and right; forward x, y; both torques."""
+        left, right = (force.start for force in self.force)
+        forces = [first + axis for axis in range(3) for first in (left, right)]
+        torque = self.torque.start
+        return np.array(
+            [*forces, self.forward.start, self.forward.start + 1, torque, torque + self.torque.step]
         )
 
     def upright(self, rows: Array) -> Array:
