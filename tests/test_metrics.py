@@ -120,7 +120,7 @@ def test_a_world_has_the_same_numbers_in_any_company():
 def test_sums_of_long_runs_round_alike_alone_and_in_company():
     rows, worlds = 20_001, 5
     rng = np.random.default_rng(4)
-    columns = {
+    columns: Columns = {
         name: rng.lognormal(sigma=3.0, size=(worlds, rows))
         for name in by_hand()
         if name != "decision.saturated"

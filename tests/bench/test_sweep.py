@@ -12,7 +12,7 @@ from slipctl import scenario as files
 from slipctl.bench import Measurement, Replay, ReplayError, append, bench_scenario, decision_times
 from slipctl.bench.sweep import measure_sweep
 
-SHORT = {"duration": 0.3}
+SHORT = 0.3
 
 
 def measurement(floor: tuple[float, ...], cost: tuple[float, ...]) -> Measurement:
@@ -40,14 +40,14 @@ def test_the_ratio_is_the_median_of_pairs_and_not_the_ratio_of_medians():
 
 @pytest.fixture(scope="module")
 def replay() -> Replay:
-    return Replay.of(list(files.worlds(bench_scenario(3, **SHORT))))
+    return Replay.of(list(files.worlds(bench_scenario(3, duration=SHORT))))
 
 
 def test_the_replay_ends_where_the_closed_loop_did_to_the_last_bit(replay):
     assert replay.steps == 3 * 2 * 300
     replay.run()
     # and that closed loop is the one that users get: the wheels' last angles, in other company
-    result = experiment.run(bench_scenario(3, **SHORT), threads=2)
+    result = experiment.run(bench_scenario(3, duration=SHORT), threads=2)
     columns = replay.plant._columns
     for law, end in enumerate(replay.ends):
         for world in range(3):
@@ -78,7 +78,7 @@ def test_a_measurement_counts_what_it_ran():
     def progress(done: int, total: int, text: str) -> None:
         told.append((done, total))
 
-    measured = measure_sweep(bench_scenario(2, 1, **SHORT), repeats=2, progress=progress)
+    measured = measure_sweep(bench_scenario(2, 1, duration=SHORT), repeats=2, progress=progress)
     assert (measured.worlds, measured.laws, measured.ticks, measured.steps_per_tick) == (2, 1, 30, 10)
     assert len(measured.floor) == len(measured.cost) == 2
     assert all(np.array([*measured.floor, *measured.cost]) > 0.0)

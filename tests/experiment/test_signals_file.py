@@ -13,6 +13,7 @@ def test_short_runs_share_a_row_group_and_are_found_again(tmp_path):
     changed = {"tick": "0.01", "duration": "8", "start.x_offset": offsets}
     scenario = files.override(files.load("paper-kinematic"), changed)
     result = experiment.run(scenario, out=tmp_path, record="none", signals="all")
+    assert result.folder is not None
     file = pq.ParquetFile(result.folder / "signals.parquet")
     # 801 rows each: as many whole runs as there are in 20 000 rows
     groups = [file.metadata.row_group(i).num_rows for i in range(file.metadata.num_row_groups)]
