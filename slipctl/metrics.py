@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,48 +28,68 @@ UNITS = {
 
 
 def measure(columns: Columns, world: int, last_row: int) -> dict[str, float | None]:
-    """Return the metrics of one world over rows 0 … last_row.
+    """Return the metrics of one world over rows 0 … last_row; see `measure_worlds`."""
+    alone = {name: values[world : world + 1] for name, values in columns.items()}
+    return measure_worlds(alone, [last_row])[0]
+
+
+def measure_worlds(columns: Columns, last_rows: Sequence[int]) -> list[dict[str, float | None]]:
+    """Return the metrics of every world over rows 0 … last_row, whatever the company.
 
     Parameters
     ----------
     columns : dict of (N, T) arrays
-    world : int
-        Row of the arrays.
-    last_row : int
-        The last row that counts.
+    last_rows : sequence of int
+        The last row that counts, of every world.
 
     Returns
     -------
-    dict
+    list of dict
         Keys of `UNITS`. Values that are not finite, and a guarantee that the law does not give, are None.
     """
+    ratio = columns["slip.ratio"]
+    medians = np.empty(len(last_rows))
+    for last in set(last_rows):
+        ending = [world for world, row in enumerate(last_rows) if row == last]
+        medians[ending] = np.median(ratio[ending, : last + 1], axis=1)
+    return [
+        _measured(columns, world, last, float(median))
+        for world, (last, median) in enumerate(zip(last_rows, medians, strict=True))
+    ]
+
+
+def _measured(columns: Columns, world: int, last_row: int, median_ratio: float) -> dict[str, float | None]:
+    count = last_row + 1
 
     def rows(name: str) -> NDArray:
-        # a contiguous slice of its own, so that sums round alike in every batch
-        return np.ascontiguousarray(columns[name][world, : last_row + 1])
+        return columns[name][world, :count]
+
+    def root_of_mean(squares: NDArray) -> float:
+        # one row after the other: sums of many rows at once may round otherwise
+        return math.sqrt(float(np.add.reduce(squares)) / count)
 
     def rms(values: NDArray) -> float:
-        return math.sqrt(float(np.mean(values * values)))
+        return root_of_mean(values * values)
 
     error = rows("error.position")
     robust = rows("decision.robust_input.x"), rows("decision.robust_input.y")
     held = columns.get("guarantee.held")
     # of the commanded yaw rate, or of the right wheel's torque where torque is commanded
-    commanded = "decision.yaw_rate" if "decision.yaw_rate" in columns else "wheel.torque_command.right"
+    commanded = rows("decision.yaw_rate" if "decision.yaw_rate" in columns else "wheel.torque_command.right")
     values = {
         "rms_position_error": rms(error),
         "max_position_error": float(error.max()),
         "final_position_error": float(error[-1]),
         "rms_cross_track_error": rms(rows("error.cross_track")),
         "rms_heading_error": rms(rows("error.heading")),
-        "rms_robust_input": math.sqrt(float(np.mean(robust[0] ** 2 + robust[1] ** 2))),
-        "command_variation": float(np.abs(np.diff(rows(commanded))).sum()),
+        "rms_robust_input": root_of_mean(robust[0] * robust[0] + robust[1] * robust[1]),
+        "command_variation": float(np.add.reduce(np.abs(commanded[1:] - commanded[:-1]))),
         "max_slip_ratio": float(rows("slip.ratio").max()),
-        "median_slip_ratio": float(np.median(rows("slip.ratio"))),
-        "saturation_fraction": float(rows("decision.saturated").mean()),
+        "median_slip_ratio": median_ratio,
+        "saturation_fraction": np.count_nonzero(rows("decision.saturated")) / count,
         "guarantee_fraction": None
         if held is None or last_row == 0
-        else float(np.ascontiguousarray(held[world, :last_row]).mean()),
+        else np.count_nonzero(held[world, :last_row]) / last_row,
         "min_forward_speed": float(rows("motion.forward_speed").min()),
     }
     return {

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -92,15 +93,36 @@ class Sensed:
 class Row:
     """Everything true at t_k, what the controller saw of it, and the decision that acts from t_k on.
 
-    `sensed` is None where the controller saw the true motion itself.
+    Slip and details feed nothing back, so they are worked out when they are asked for: a state never changes.
+
+    Attributes
+    ----------
+    reference : Reference
+    motion : Motion
+    decision : Decision
+    plant : Plant
+    state : object
+        Of the plant.
+    sensed : Sensed or None
+        None where the controller saw the true motion itself.
     """
 
     reference: Reference
     motion: Motion
-    slip: Slip
     decision: Decision[Any]
-    details: tuple[BodyPose, WheelContact] | None
+    plant: Plant
+    state: Any
     sensed: Sensed | None = None
+
+    @cached_property
+    def slip(self) -> Slip:
+        """What the true motion slips."""
+        return measure_slip(self.motion)
+
+    @cached_property
+    def details(self) -> tuple[BodyPose, WheelContact] | None:
+        """Poses and contacts, or None where the plant has none."""
+        return self.plant.details(self.state)
 
 
 @dataclass(frozen=True)
@@ -166,12 +188,12 @@ def simulate(
             senses, seen = sensor.measure(sensor.start(motion) if k == 0 else senses, k, motion)
             sensed = Sensed(seen, senses.fix)
         decision = controller.update(memory, reference, seen, tick)
-        write(k, Row(reference, motion, measure_slip(motion), decision, plant.details(state), sensed))
+        write(k, Row(reference, motion, decision, plant, state, sensed))
         if k == rows - 1:
             break
         memory = decision.memory
         state = plant.step(state, decision.command, tick)
-        ended = running & (state.status != Status.RUNNING)
+        ended = running & (state.status != int(Status.RUNNING))
         if ended.any():
             last_row[ended] = k
             running &= ~ended

@@ -142,6 +142,10 @@ class FakeResult:
     recording_note: str = "2 recordings: one per world"
     end_time: float = 3.21
 
+    signals_note: str = "signals: every row of every run"
+    failures: tuple[dict[str, Any], ...] = ()
+    varied: tuple[str, ...] = ()
+
     @property
     def metrics(self) -> pa.Table:
         runs = self.content["runs"]
@@ -151,6 +155,7 @@ class FakeResult:
                 "world": pa.array([0] * len(runs), pa.int32()),
                 "controller": pa.array([run["controller"] for run in runs], pa.string()),
                 "end_time": pa.array([self.end_time] * len(runs), pa.float64()),
+                "status": pa.array([run["status"] for run in runs], pa.string()),
             }
         )
 
@@ -173,3 +178,9 @@ class FakeResult:
 
     def json(self) -> dict[str, Any]:
         return self.content
+
+    def json_head(self) -> dict[str, Any]:
+        return {key: value for key, value in self.content.items() if key != "runs"}
+
+    def json_runs(self) -> list[dict[str, Any]]:
+        return self.content["runs"]

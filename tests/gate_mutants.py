@@ -42,7 +42,7 @@ def on_columns(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[
 
 
 def on_metrics(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Any], Any]:
-    return on_result(lambda metrics: metrics | change(metrics))
+    return on_result(lambda worlds: [metrics | change(metrics) for metrics in worlds])
 
 
 def on_model(change: Callable[[Any], None]) -> Callable[[Any], Any]:
@@ -132,9 +132,9 @@ MUTANTS = [
                on_columns(lambda c: {"error.heading": c["motion.heading"] - c["reference.heading"]})),
     GateMutant("distance for cross-track error", CREEP, BATCH, "with_errors",
                on_columns(lambda c: {"error.cross_track": c["error.position"]})),
-    GateMutant("largest for final error", CREEP, BATCH, "measure",
+    GateMutant("largest for final error", CREEP, BATCH, "measure_worlds",
                on_metrics(lambda m: {"final_position_error": m["max_position_error"]})),
-    GateMutant("command variation in degrees", LAB, BATCH, "measure",
+    GateMutant("command variation in degrees", LAB, BATCH, "measure_worlds",
                on_metrics(lambda m: {"command_variation": np.degrees(m["command_variation"])})),
     GateMutant("guarantee demands a speed of 1 m/s", CREEP, "slipctl.guarantee.evaluate", "demands",
                on_arguments(lambda c, h, *rest: (c, replace(h, speed_floor=h.speed_floor + 1.0), *rest))),

@@ -135,7 +135,7 @@ MUTANTS = [
         (third_derivative,),
     ),
     Mutant("drift left out", SHARED, "drift", on_result(lambda a: 0.0 * a), LOOP),
-    Mutant("Ω for w in A", SHARED, "model_drift", on_arguments(heading_rate_for_yaw_rate), LOOP),
+    Mutant("Ω for w in A", ROBUST, "model_drift", on_arguments(heading_rate_for_yaw_rate), LOOP),
     Mutant("A flipped", THEORY, "drift", on_result(lambda a: -a), (third_derivative,)),
     Mutant("torque held instead of ramped", TORQUE, "TorqueDrive.command", on_result(held_torque), (ramp,)),
     Mutant(

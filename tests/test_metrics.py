@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from slipctl.metrics import UNITS, measure
+from slipctl.metrics import UNITS, measure, measure_worlds
 from slipctl.recording import Columns
 
 ROWS = 101
@@ -115,3 +115,25 @@ def test_a_world_has_the_same_numbers_in_any_company():
     for world in range(7):
         alone = {name: values[world : world + 1].copy() for name, values in columns.items()}
         assert measure(columns, world, 1200) == measure(alone, 0, 1200)
+
+
+def test_sums_of_long_runs_round_alike_alone_and_in_company():
+    rows, worlds = 20_001, 5
+    rng = np.random.default_rng(4)
+    columns: Columns = {
+        name: rng.lognormal(sigma=3.0, size=(worlds, rows))
+        for name in by_hand()
+        if name != "decision.saturated"
+    }
+    columns["decision.saturated"] = rng.random((worlds, rows)) < 0.3
+    columns["guarantee.held"] = rng.random((worlds, rows)) < 0.7
+    last_rows = [rows - 1, 12_345, rows - 1, 7, 0]
+    together = measure_worlds(columns, last_rows)
+    for world, last in enumerate(last_rows):
+        assert together[world] == measure(columns, world, last)
+        # and as numpy sums one contiguous row
+        error = columns["error.position"][world, : last + 1].copy()
+        assert together[world]["rms_position_error"] == math.sqrt(np.mean(error * error))
+        assert together[world]["median_slip_ratio"] == np.median(columns["slip.ratio"][world, : last + 1])
+        flags = columns["decision.saturated"][world, : last + 1]
+        assert together[world]["saturation_fraction"] == flags.mean()

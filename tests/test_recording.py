@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_table, with_errors
-from slipctl.simulate import Ending, simulate
+from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_tables, with_errors
+from slipctl.simulate import simulate
 from tests import builders
 
 
@@ -87,7 +87,7 @@ def test_errors_follow_from_their_definitions():
 def test_the_table_survives_a_file_with_units_and_bits(recorded, tmp_path):
     columns, ending, _ = recorded
     columns = with_errors(columns)
-    table = signal_table(7, 1, columns, ending, 0.01)
+    table = signal_tables([3, 7], columns, ending.last_row.tolist(), 0.01)[1]
     pq.write_table(table, tmp_path / "signals.parquet")
     back = pq.read_table(tmp_path / "signals.parquet")
     assert back.num_rows == 51
@@ -103,19 +103,62 @@ def test_flat_inputs_of_a_dynamic_law_are_jerks(recorded):
     columns, ending, _ = recorded
     columns = with_errors(columns)
     for torque, unit in ((False, "m/s²"), (True, "m/s³")):
-        table = signal_table(
-            0, 1, columns | ({"decision.acceleration": columns["slip.yaw"]} if torque else {}), ending, 0.01
-        )
+        more = {"decision.acceleration": columns["slip.yaw"]} if torque else {}
+        table = signal_tables([0, 1], columns | more, ending.last_row.tolist(), 0.01)[1]
         for name in ("decision.nominal_input.x", "decision.robust_input.y", "decision.robust_gain"):
             assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+        covered = columns | more | {"guarantee.uncertainty_covered": columns["slip.yaw"] > 0.0}
+        table = signal_tables([0, 1], covered, ending.last_row.tolist(), 0.01)[1]
+        assert table.schema.field("guarantee.uncertainty_covered").metadata == {b"unit": b"bool"}
         assert table.schema.field("reference.acceleration.x").metadata == {b"unit": "m/s²".encode()}
 
 
 def test_rows_after_the_end_are_left_out_and_missing_law_columns_are_null(recorded):
     columns, _, _ = recorded
     columns = {name: values for name, values in with_errors(columns).items() if name not in LAW_COLUMNS}
-    ending = Ending(status=np.array([0, 2], dtype=np.int8), last_row=np.array([50, 12]))
-    table = signal_table(1, 1, columns, ending, 0.01)
+    table = signal_tables([0, 1], columns, [50, 12], 0.01)[1]
     assert table.num_rows == 13
     assert table["decision.robust_gain"].null_count == 13
     assert "wheel.torque.left" not in table.column_names
+
+
+def test_blocks_of_any_size_make_the_same_columns(recorded, monkeypatch):
+    columns, _, rows = recorded
+    for block in (8, 16, 50, 51, 1000):
+        # never less than eight rows at once
+        monkeypatch.setattr("slipctl.recording.recorder.ROWS_AT_ONCE", 2 * block)
+        recorder = Recorder(len(rows), 2)
+        for k, row in enumerate(rows):
+            recorder.write(k, row)
+        again = recorder.columns()
+        assert list(again) == list(columns)
+        for name, values in again.items():
+            assert values.tobytes() == columns[name].tobytes(), name
+            assert values.flags.c_contiguous
+
+
+def test_a_recording_that_stops_early_keeps_what_came(recorded, monkeypatch):
+    columns, _, rows = recorded
+    monkeypatch.setattr("slipctl.recording.recorder.ROWS_AT_ONCE", 16)
+    recorder = Recorder(len(rows), 2)
+    for k, row in enumerate(rows[:21]):
+        recorder.write(k, row)
+    for name, values in recorder.columns().items():
+        assert np.array_equal(values[:, :21], columns[name][:, :21])
+        assert not values[:, 21:].any()
+
+
+def test_tables_of_a_batch_are_those_of_each_world_alone(recorded):
+    columns, _, _ = recorded
+    columns = with_errors(columns)
+    columns["guarantee.uncertainty"] = columns["slip.ratio"].copy()
+    columns["guarantee.held"] = columns["slip.ratio"] > 0.3
+    last_rows = [50, 12]
+    together = signal_tables([4, 9], columns, last_rows, 0.01)
+    for world, table in enumerate(together):
+        own = {name: values[world : world + 1].copy() for name, values in columns.items()}
+        assert table.equals(signal_tables([[4, 9][world]], own, [last_rows[world]], 0.01)[0])
+        told = table["guarantee.held"].to_pylist()
+        assert told[-1] is None
+        assert told[:-1] == columns["guarantee.held"][world, : last_rows[world]].tolist()
+        assert table["guarantee.uncertainty"].null_count == 1

@@ -33,6 +33,7 @@ def test_a_climb_needs_the_measured_acceleration(controller, most):
 
 def test_the_slope_scenarios_differ_in_what_is_measured_only():
     measured, reckoned = (files.dump(files.load(name)) for name in ("slope-torque", "slope-torque-model"))
+    del measured["expect"]  # what is claimed of the runs is another matter
     assert {key for key in measured if measured[key] != reckoned[key]} == {"name", "description", "sensing"}
 
 

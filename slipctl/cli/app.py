@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from slipctl.cli.bench import bench
 from slipctl.cli.certify import certify
 from slipctl.cli.check import check
 from slipctl.cli.inspect import inspect
@@ -51,5 +52,6 @@ app.command(epilog="Example: slipctl view runs/friction-sweep")(view)
 app.command(epilog="Example: slipctl check friction-sweep wet-slope")(check)
 app.command(epilog="Example: slipctl certify magellan_pro --json > certificate.json")(certify)
 app.command(epilog="Example: slipctl inspect my-robot.urdf")(inspect)
+app.command(epilog="Example: slipctl bench --worlds 512 --repeats 5 --json")(bench)
 app.add_typer(scenarios, name="scenario")
 app.add_typer(studies, name="study")

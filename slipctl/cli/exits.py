@@ -28,7 +28,9 @@ def explain(error: Exception) -> Exit:
     traceback and ends as "could not be judged", because 1 would tell a CI job that a gate had failed.
     """
     try:
+        from slipctl.experiment.errors import ClusterError, ResumeError, StorageError, WorkerError
         from slipctl.experiment.folder import OutputError
+        from slipctl.experiment.plan import SignalsChoiceError
         from slipctl.experiment.record import RecordChoiceError
         from slipctl.plants.errors import ModelError
         from slipctl.scenario import ScenarioError
@@ -36,16 +38,27 @@ def explain(error: Exception) -> Exit:
     except Exception:  # slipctl itself is broken, which is what ended the command in the first place
         return _defect(error)
 
-    if isinstance(error, BadInput | ScenarioError | OutputError | RecordChoiceError | ModelError):
+    choices = RecordChoiceError | SignalsChoiceError
+    if isinstance(
+        error, BadInput | ScenarioError | OutputError | choices | ModelError | ResumeError | ClusterError
+    ):
         print(error, file=sys.stderr)
         return Exit.BAD_INPUT
-    if isinstance(error, RecordingError | ViewerError):
-        print(error, file=sys.stderr)
+    if isinstance(error, RecordingError | ViewerError | StorageError | WorkerError):
+        _say(error)
         return Exit.NOT_JUDGED
     if isinstance(error, OSError):
         print(f"could not go on: {error}", file=sys.stderr)
         return Exit.NOT_JUDGED
     return _defect(error)
+
+
+def _say(error: Exception) -> None:
+    """Say what happened, and what was added on how to go on, which the message may say already."""
+    print(error, file=sys.stderr)
+    for note in getattr(error, "__notes__", ()):
+        if note.startswith("what is finished") and "go on: " not in str(error):
+            print(note, file=sys.stderr)
 
 
 def _defect(error: Exception) -> Exit:

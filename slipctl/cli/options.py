@@ -20,6 +20,30 @@ Quiet = Annotated[
 View = Annotated[bool, typer.Option("--view", help="Open the recordings in the Rerun viewer afterwards.")]
 Record = Annotated[
     str,
-    typer.Option("--record", metavar="auto|all|none|worst:N", help="Which worlds get a Rerun recording."),
+    typer.Option(
+        "--record", metavar="auto|all|failed|none|worst:N", help="Which worlds get a Rerun recording."
+    ),
 ]
-Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Processor cores to use.")]
+Signals = Annotated[
+    str,
+    typer.Option(
+        "--signals",
+        metavar="auto|all|sampled|none",
+        help="Which rows of the signals are kept; auto is all unless that were very many.",
+    ),
+]
+World = Annotated[
+    int | None,
+    typer.Option(
+        "--world",
+        metavar="N",
+        min=0,
+        help="Run this world of the grid alone, counted from 0; FILE may be a run folder.",
+    ),
+]
+Workers = Annotated[
+    int, typer.Option("--workers", metavar="N", min=1, help="Processes of this machine that simulate.")
+]
+Threads = Annotated[
+    int | None, typer.Option("--threads", metavar="N", min=1, help="Threads of MuJoCo in each process.")
+]

@@ -16,8 +16,12 @@ def interruptible(message: str) -> Iterator[None]:
     """Turn Ctrl-C within the block into a sentence and the exit status for it."""
     import typer
 
+    from slipctl.experiment.errors import Interrupted
+
     try:
         yield
+    except Interrupted:
+        raise  # something is kept, which its own sentence says
     except KeyboardInterrupt:
         print(message, file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED) from None

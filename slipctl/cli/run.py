@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from slipctl.cli.certify import RequireCertified, require
-from slipctl.cli.exits import Exit
-from slipctl.cli.options import Json, Out, Quiet, Record, Source, Threads, View
+from slipctl.cli.exits import BadInput, Exit
+from slipctl.cli.options import Json, Out, Quiet, Record, Signals, Source, Threads, View, Workers, World
 from slipctl.cli.progress import interruptible, progress_bar
 
 if TYPE_CHECKING:
@@ -21,28 +20,49 @@ if TYPE_CHECKING:
 
 RUNS = Path("runs")
 
+NOTHING = "interrupted before any run was finished; nothing was written"
+
 
 def run(
     source: Source,
     out: Out = RUNS,
     record: Record = "auto",
+    signals: Signals = "auto",
+    world: World = None,
     view: View = False,
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
+    workers: Workers = 1,
     require_certified: RequireCertified = False,
 ) -> None:
     """Run a scenario, the whole grid where it has one, and show its controllers side by side."""
-    from slipctl.scenario import load
-
-    scenario = load(source)
+    scenario = _load(source, world)
     if require_certified:
         require([scenario])
-    execute(scenario, out, record, view, json_output, quiet, threads)
+    execute(
+        scenario,
+        out,
+        view=view,
+        json_output=json_output,
+        quiet=quiet,
+        record=record,
+        signals=signals,
+        threads=threads,
+        workers=workers,
+        worlds=None if world is None else [world],
+    )
 
 
 def sweep(
-    source: Source,
+    source: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="FILE|NAME",
+            help="A scenario file, or the name of a shipped one.",
+            show_default=False,
+        ),
+    ] = None,
     over: Annotated[
         list[str] | None,
         typer.Option(
@@ -51,76 +71,147 @@ def sweep(
             help="Key to vary and its values: 0.1,0.2 or FROM:TO:COUNT or FROM:TO:COUNT:log. Repeatable.",
         ),
     ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option("--resume", metavar="DIR", help="Go on with what a sweep left: its NAME.unfinished."),
+    ] = None,
     out: Out = RUNS,
     record: Record = "auto",
+    signals: Signals = "auto",
+    world: World = None,
     view: View = False,
     json_output: Json = False,
     quiet: Quiet = False,
     threads: Threads = None,
+    workers: Workers = 1,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            "--dask",
+            metavar="ADDRESS",
+            help="Simulate on the workers of a Dask scheduler, such as tcp://host:8786.",
+        ),
+    ] = None,
 ) -> None:
     """Run a scenario over grids given here; those of the file stay unless the same key is given."""
-    from slipctl.scenario import load, sweep_over
+    how = {"threads": threads, "workers": workers, "dask": dask}
+    if dask is not None and workers != 1:
+        raise BadInput("--workers and --dask: give one of them; a cluster has workers of its own")
+    if resume is not None:
+        _only_with_a_source(source, over, out, record, signals, world)
+        _resume(resume, view, json_output, quiet, how)
+        return
+    if source is None:
+        raise BadInput("FILE|NAME is missing: name a scenario, or what to go on with by --resume DIR")
+    from slipctl.scenario import sweep_over
 
-    scenario = sweep_over(load(source), over or [])
-    execute(scenario, out, record, view, json_output, quiet, threads)
+    scenario = sweep_over(_load(source, world), over or [])
+    execute(
+        scenario,
+        out,
+        view=view,
+        json_output=json_output,
+        quiet=quiet,
+        record=record,
+        signals=signals,
+        worlds=None if world is None else [world],
+        **how,
+    )
 
 
 def execute(
-    scenario: Scenario,
-    out: Path,
-    record: str,
-    view: bool,
-    json_output: bool,
-    quiet: bool,
-    threads: int | None,
+    scenario: Scenario, out: Path, *, view: bool, json_output: bool, quiet: bool, **options: Any
 ) -> None:
-    """Run a scenario and report it; ends the command with the exit status."""
+    """Run a scenario and report it; ends the command with the exit status.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    out : pathlib.Path
+    view, json_output, quiet : bool
+    **options
+        As of `slipctl.experiment.run`.
+    """
     from slipctl import experiment
+    from slipctl.experiment.plan import check_signals
     from slipctl.experiment.record import check_choice
 
-    check_choice(record)
-    nothing = "interrupted before any run was finished; nothing was written"
-    with interruptible(nothing), progress_bar(quiet) as progress:
-        result = experiment.run(scenario, out=out, record=record, threads=threads, progress=progress)
-    if result.interrupted:
-        done = result.metrics.num_rows
-        print(f"interrupted; the {done} finished runs are in {result.folder}", file=sys.stderr)
-        raise typer.Exit(Exit.INTERRUPTED)
-    for note in result.manifest.get("robot_notes", ()):
-        print(f"robot: {note}", file=sys.stderr)
-    payload = result.json()
-    _say_ended_early(payload["runs"])
-    if json_output:
-        print(json.dumps(payload, allow_nan=False, ensure_ascii=False))
-    elif not quiet:
-        _show(result, payload, scenario.robot.model)
+    check_choice(options["record"])
+    check_signals(options["signals"])
+
+    def begun(folder: Path, chunks: int) -> None:
+        from slipctl.experiment.store import resume_command
+
+        if chunks > 1 and not quiet:
+            print(f"what is finished is kept; if this stops: {resume_command(folder)}", file=sys.stderr)
+
+    # one world alone that cannot be simulated is shown as what it is: a defect
+    going = bool(scenario.sweep)
+    _finish(
+        lambda progress: experiment.run(
+            scenario, out=out, keep_going=going, begun=begun, progress=progress, **options
+        ),
+        scenario.robot.model,
+        view,
+        json_output,
+        quiet,
+    )
+
+
+def _resume(folder: Path, view: bool, json_output: bool, quiet: bool, how: dict[str, Any]) -> None:
+    from slipctl import experiment
+    from slipctl.experiment.replay import scenario_of
+
+    model = scenario_of(folder).robot.model
+    _finish(
+        lambda progress: experiment.resume(folder, progress=progress, **how),
+        model,
+        view,
+        json_output,
+        quiet,
+    )
+
+
+def _finish(work: Callable[[Any], Result], model: str, view: bool, json_output: bool, quiet: bool) -> None:
+    from slipctl.cli.outcome import report
+    from slipctl.experiment.errors import Interrupted
+    from slipctl.experiment.store import resume_command
+
+    try:
+        with interruptible(NOTHING), progress_bar(quiet) as progress:
+            result = work(progress)
+    except Interrupted as stop:
+        print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)
+        print(f"go on: {resume_command(stop.folder)}", file=sys.stderr)
+        raise typer.Exit(Exit.INTERRUPTED) from None
+    report(result, model, json_output, quiet)
     if view:
         from slipctl.cli.view import show_folder
 
         show_folder(result.folder)
 
 
-def _show(result: Result, payload: dict[str, Any], model: str) -> None:
-    from rich.console import Console
+def _load(source: str, world: int | None) -> Scenario:
+    """Load a scenario; that of a run folder where one world of it is run again."""
+    from slipctl.scenario import load
 
-    from slipctl.report.certificate import standing_line
-    from slipctl.report.table import results
+    if world is not None and Path(source).is_dir():
+        from slipctl.experiment.replay import scenario_of
 
-    console = Console(highlight=False)
-    console.print(payload["scenario"], style="bold", markup=False)
-    for line in results(payload, result.metrics.column("end_time").to_pylist()):
-        console.print(line, soft_wrap=True)
-    certified = standing_line(result.manifest.get("certified"), model)
-    if certified is not None:
-        console.print(f"\n{certified}", markup=False, soft_wrap=True)
-    console.print(f"\n{result.recording_note} · {result.folder}", markup=False, soft_wrap=True)
+        return scenario_of(Path(source))
+    return load(source)
 
 
-def _say_ended_early(runs: Sequence[dict[str, Any]]) -> None:
-    counts: dict[str, int] = {}
-    for entry in runs:
-        if entry["status"] != "completed":
-            counts[entry["status"]] = counts.get(entry["status"], 0) + 1
-    if counts:
-        parts = ", ".join(f"{count} {status}" for status, count in counts.items())
-        print(f"{sum(counts.values())} of {len(runs)} runs ended early: {parts}", file=sys.stderr)
+def _only_with_a_source(source: Any, over: Any, out: Path, record: str, signals: str, world: Any) -> None:
+    """Refuse what an unfinished sweep has decided already."""
+    given = {
+        "FILE|NAME": source is not None,
+        "--over": bool(over),
+        "--out": out != RUNS,
+        "--record": record != "auto",
+        "--signals": signals != "auto",
+        "--world": world is not None,
+    }
+    wrong = [name for name, is_given in given.items() if is_given]
+    if wrong:
+        raise BadInput(f"{', '.join(wrong)}: not with --resume, which goes on with what was begun")

@@ -90,11 +90,14 @@ class DriveLimits:
         turn = np.minimum(np.maximum(yaw_rate, -self.yaw_rate_limit), self.yaw_rate_limit)
         rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
         beyond = rim > self.speed_limit
-        scale = np.divide(self.speed_limit, rim, out=np.ones_like(rim), where=beyond)
         saturated = (speed != wanted) | (turn != yaw_rate) | beyond
-        speed, turn = speed * scale, turn * scale
+        if saturated.any():
+            scale = np.divide(self.speed_limit, rim, out=np.ones(rim.shape), where=beyond)
+            speed, turn = speed * scale, turn * scale
+            reached = (speed - commanded_speed) / tick
+            forward_acceleration = np.where(saturated, reached, forward_acceleration)
         command = SpeedCommand(
-            forward_acceleration=np.where(saturated, (speed - commanded_speed) / tick, forward_acceleration),
+            forward_acceleration=forward_acceleration,
             forward_speed=speed,
             yaw_rate=turn,
             wheel_rate=self.geometry.wheel_rates(speed, turn),

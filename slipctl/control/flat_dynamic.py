@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipctl.control.torque import PushMemory, TorqueDrive
+from slipctl.pairs import pair
 from slipctl.theory.dynamic import drift, invert_dynamics
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, TorqueCommand
 
@@ -20,7 +21,7 @@ def flat_errors(reference: Reference, motion: Motion, memory: PushMemory) -> tup
         c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
         turn = motion.forward_speed * motion.yaw_rate
         push = memory.acceleration
-        acceleration = np.stack([push * c - turn * s, push * s + turn * c], axis=-1)
+        acceleration = pair(push * c - turn * s, push * s + turn * c)
     return (
         motion.position - reference.position,
         motion.velocity - reference.velocity,
@@ -44,13 +45,14 @@ def decide(
     memory: PushMemory,
     motion: Motion,
     flat_input: Array,
+    model: Array,
     trace: DecisionTrace,
     tick: float,
 ) -> Decision[TorqueCommand]:
-    """Map a flat input (N, 2) [m/s³] to limited torques."""
+    """Map a flat input (N, 2) to limited torques; `model` is `model_drift` (N, 2), both in m/s³."""
     c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
     speed = np.maximum(motion.forward_speed, drive.speed_floor)
-    jerk, yaw_acceleration = invert_dynamics(speed, c, s, flat_input, model_drift(motion, memory))
+    jerk, yaw_acceleration = invert_dynamics(speed, c, s, flat_input, model)
     command, memory, saturated = drive.command(
         memory.acceleration, jerk, yaw_acceleration, motion.wheel_rate, tick
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipctl.control.flat_dynamic import decide, flat_errors, weighted_sum
+from slipctl.control.flat_dynamic import decide, flat_errors, model_drift, weighted_sum
 from slipctl.control.torque import PushMemory, TorqueDrive
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, Start, TorqueCommand
 
@@ -35,4 +35,4 @@ class NominalDynamic:
         """Decide the command of one tick."""
         nominal = reference.jerk - weighted_sum(self.gains, flat_errors(reference, motion, memory))
         trace = DecisionTrace(nominal, np.zeros_like(nominal), np.zeros(len(nominal), dtype=bool))
-        return decide(self.drive, memory, motion, nominal, trace, tick)
+        return decide(self.drive, memory, motion, nominal, model_drift(motion, memory), trace, tick)

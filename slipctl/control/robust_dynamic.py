@@ -48,7 +48,8 @@ class RobustDynamic:
         nominal = reference.jerk - weighted_sum(self.gains, errors)
         weighted = weighted_sum(self.weights, errors)
         c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
-        beyond = nominal - model_drift(motion, memory)
+        model = model_drift(motion, memory)
+        beyond = nominal - model
         gain = self.bound(
             DynamicState(
                 forward_speed=motion.forward_speed,
@@ -60,4 +61,4 @@ class RobustDynamic:
         )
         corrective = corrective_input(weighted, gain, self.boundary_layer)
         trace = DecisionTrace(nominal, corrective, np.zeros(len(gain), dtype=bool), gain, weighted)
-        return decide(self.drive, memory, motion, nominal + corrective, trace, tick)
+        return decide(self.drive, memory, motion, nominal + corrective, model, trace, tick)

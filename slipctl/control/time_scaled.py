@@ -100,13 +100,18 @@ class TimeScaledLaw:
         command, limited = self.drive.reach(
             wanted, before, -np.inf, (wanted - before) / tick, inner.command.yaw_rate * (passed / tick), tick
         )
-        # as in real time, what is remembered is what was commanded, and never below the floor
-        acts = limited & (path.rate_after > 0.0)
-        reached = np.divide(command.forward_speed, path.rate_after, out=np.zeros_like(wanted), where=acts)
-        kept = np.where(acts, np.maximum(reached, self.drive.speed_floor), inner.memory.forward_speed)
+        kept, saturated = inner.memory.forward_speed, inner.trace.saturated
+        if limited.any():
+            # as in real time, what is remembered is what was commanded, and never below the floor
+            acts = limited & (path.rate_after > 0.0)
+            reached = np.divide(
+                command.forward_speed, path.rate_after, out=np.zeros(wanted.shape), where=acts
+            )
+            kept = np.where(acts, np.maximum(reached, self.drive.speed_floor), kept)
+            saturated = saturated | limited
         trace = replace(
             inner.trace,
-            saturated=inner.trace.saturated | limited,
+            saturated=saturated,
             path_speed=speed,
             path_velocity=velocity,
         )

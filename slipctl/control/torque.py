@@ -80,13 +80,16 @@ class TorqueDrive:
         peak = np.maximum(np.abs(first), np.abs(last))
         peak = np.maximum(peak[:, 0], peak[:, 1])
         saturated = peak > self.torque_limit
-        # both wheels together, so that the robot still turns the way it should
-        scale = np.divide(self.torque_limit, peak, out=np.ones_like(peak), where=saturated)[:, None]
-        first, last = first * scale, last * scale
-        reached, turned = self.inertia.accelerations(last, wheel_rate)
+        if saturated.any():
+            # both wheels together, so that the robot still turns the way it should
+            scale = np.divide(self.torque_limit, peak, out=np.ones(peak.shape), where=saturated)[:, None]
+            first, last = first * scale, last * scale
+            reached, turned = self.inertia.accelerations(last, wheel_rate)
+            wanted = np.where(saturated, reached, wanted)
+            yaw_acceleration = np.where(saturated, turned, yaw_acceleration)
         command = TorqueCommand(
-            acceleration=np.where(saturated, reached, wanted),
-            yaw_acceleration=np.where(saturated, turned, yaw_acceleration),
+            acceleration=wanted,
+            yaw_acceleration=yaw_acceleration,
             wheel_torque_start=first,
             wheel_torque_end=last,
         )

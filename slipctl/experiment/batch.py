@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
 from slipctl.experiment.own import OwnLaws, lineup
-from slipctl.guarantee import verdict, with_guarantee
-from slipctl.metrics import measure
-from slipctl.recording import Recorder, signal_table, with_errors
+from slipctl.experiment.plan import sampled_rows
+from slipctl.guarantee import METRIC_UNITS, verdicts, with_guarantee
+from slipctl.metrics import UNITS, measure_worlds
+from slipctl.recording import Columns, Recorder, signal_tables, with_errors
 from slipctl.simulate import simulate
 from slipctl.tick import Status
 
@@ -23,6 +24,9 @@ STATUS_NAMES = {
     Status.TIPPED: "tipped",
     Status.LEFT_THE_ARENA: "left_the_arena",
 }
+
+ELEMENTS_AT_ONCE = 16384
+"""Rows times worlds that are judged and measured at once."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +42,15 @@ class Run:
     label, kind : str
         Of the controller.
     status : str
-    end_time : float
-        Time of the last row that counts [s].
+    end_time : float or None
+        Time of the last row that counts [s]; None where the simulation raised.
     metrics : dict
     guarantee : dict
         As of `slipctl.guarantee.verdict`.
-    signals : pyarrow.Table
+    signals : pyarrow.Table or None
+        None where none are kept.
+    failure : str or None
+        What the simulation raised.
     """
 
     index: int
@@ -51,24 +58,39 @@ class Run:
     label: str
     kind: str
     status: str
-    end_time: float
+    end_time: float | None
     metrics: dict[str, float | None]
     guarantee: dict[str, float | str | None]
-    signals: pa.Table
+    signals: pa.Table | None = None
+    failure: str | None = None
 
 
-def batches(worlds: Sequence[assemble.World], largest: int) -> Iterator[list[int]]:
-    """Yield indices of worlds that share a batch: consecutive, alike, at most `largest` of them."""
-    batch: list[int] = []
-    key: tuple = ()
-    for index, world in enumerate(worlds):
-        if batch and (assemble.batch_key(world) != key or len(batch) == largest):
-            yield batch
-            batch = []
-        key = assemble.batch_key(world)
-        batch.append(index)
-    if batch:
-        yield batch
+FAILED = "failed"
+"""Status of a run whose simulation raised, or ended its process."""
+
+
+def failed_run(index: int, world: int, entrant: tuple[str, str], failure: str) -> Run:
+    """Return what is said of a run that could not be simulated.
+
+    Parameters
+    ----------
+    index, world : int
+        As of `Run`.
+    entrant : (str, str)
+        Label and kind of the controller.
+    failure : str
+        What happened, one line.
+    """
+    guarantee = dict.fromkeys(("first_violation", *METRIC_UNITS))
+    return Run(index, world, *entrant, FAILED, None, dict.fromkeys(UNITS), guarantee, None, failure)
+
+
+def batches(worlds: Sequence[assemble.World], indices: Sequence[int]) -> list[list[int]]:
+    """Return which of the worlds `indices` share a batch: those that are alike, in order."""
+    alike: dict[tuple, list[int]] = {}
+    for index in indices:
+        alike.setdefault(assemble.batch_key(worlds[index]), []).append(index)
+    return list(alike.values())
 
 
 def run_batch(
@@ -78,11 +100,34 @@ def run_batch(
     threads: int,
     progress: Callable[[int], None],
     laws: OwnLaws | None = None,
+    *,
+    signals: str = "all",
+    positions: Sequence[int] | None = None,
 ) -> Iterator[list[Run]]:
     """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
 
-    `progress` is told the number of world-ticks done in this batch. The own `laws` come after the listed
-    controllers.
+    Parameters
+    ----------
+    worlds : sequence of World
+        All worlds of the scenario.
+    indices : sequence of int
+        Those of the batch: alike, see `batches`.
+    robot : RobotModel
+    threads : int
+        For MuJoCo.
+    progress : callable
+        Told the number of world-ticks done in this batch.
+    laws : mapping, optional
+        Own laws, which come after the listed controllers.
+    signals : str
+        ``all``, ``sampled`` or ``none``: which rows the runs keep.
+    positions : sequence of int, optional
+        Places of the controllers to run; all of them where it is None.
+
+    Yields
+    ------
+    list of Run
+        One per world, in the order of `indices`.
     """
     members = [worlds[index] for index in indices]
     first = members[0].scenario
@@ -92,15 +137,18 @@ def run_batch(
     start = assemble.start(members, planned)
     plant = assemble.plant(members, robot, threads)
     rows = len(planned.position)
-    for position, entrant in enumerate(lineup(members, robot, laws)):
+    chosen = range(runs_of_world) if positions is None else positions
+    for place, (position, entrant) in enumerate(
+        zip(chosen, lineup(members, robot, laws, chosen), strict=True)
+    ):
         law, known = entrant.law, entrant.known
         sensor = (
             None
             if assemble.sees_the_truth(worlds)
             else assemble.sensor(members, known, rows, assemble.radius_ratio(known, robot.geometry))
         )
-        recorder = Recorder(rows, len(members))
-        done_before = position * (rows - 1) * len(members)
+        recorder = Recorder(rows, len(members), planned)
+        done_before = place * (rows - 1) * len(members)
         ending = simulate(
             plant,
             law.controller,
@@ -111,23 +159,62 @@ def run_batch(
             lambda k, before=done_before: progress(before + k * len(members)),
             sensor,
         )
-        columns = with_guarantee(with_errors(recorder.columns()), law.hypotheses, tick)
-        runs = []
-        for row, index in enumerate(indices):
-            run = index * runs_of_world + position
-            last = int(ending.last_row[row])
-            runs.append(
+        recorded, statuses = recorder.columns(), ending.status.tolist()
+        last_rows = ending.last_row.tolist()
+        runs: list[Run] = []
+        for block in _blocks(len(members), rows):
+            theorem = None if law.hypotheses is None else law.hypotheses.of(block)
+            columns = {name: values[block] for name, values in recorded.items()}
+            columns = with_guarantee(with_errors(columns), theorem, tick)
+            numbers = [index * runs_of_world + position for index in indices[block]]
+            runs += [
                 Run(
-                    index=run,
+                    index=number,
                     world=index,
                     label=entrant.label,
                     kind=entrant.kind,
-                    status=STATUS_NAMES[Status(int(ending.status[row]))],
+                    status=STATUS_NAMES[Status(status)],
                     end_time=last * tick,
-                    metrics=measure(columns, row, last),
-                    guarantee=verdict(columns, law.hypotheses, row, last, tick),
-                    signals=signal_table(run, row, columns, ending, tick),
+                    metrics=metrics,
+                    guarantee=guarantee,
+                    signals=kept,
                 )
-            )
+                for number, index, status, last, metrics, guarantee, kept in zip(
+                    numbers,
+                    indices[block],
+                    statuses[block],
+                    last_rows[block],
+                    measure_worlds(columns, last_rows[block]),
+                    verdicts(columns, theorem, last_rows[block], tick),
+                    _kept(signals, numbers, columns, last_rows[block], tick),
+                    strict=True,
+                )
+            ]
         progress(done_before + (rows - 1) * len(members))
         yield runs
+
+
+def _blocks(worlds: int, rows: int) -> Iterator[slice]:
+    """Yield slices of worlds whose columns fit in a processor's cache, so that sums are made there."""
+    step = max(1, ELEMENTS_AT_ONCE // rows)
+    for first in range(0, worlds, step):
+        yield slice(first, min(first + step, worlds))
+
+
+def _kept(
+    signals: str, runs: Sequence[int], columns: Columns, last_rows: Sequence[int], tick: float
+) -> Sequence[pa.Table | None]:
+    if signals == "none":
+        return [None] * len(runs)
+    if signals == "all":
+        return signal_tables(runs, columns, last_rows, tick)
+    ticks = columns["error.position"].shape[1] - 1
+    even = sampled_rows(ticks, ticks)
+    thin = {name: values[:, even] for name, values in columns.items()}
+    tables = signal_tables(runs, thin, [len(even) - 1] * len(runs), tick, even)
+    for place, last in enumerate(last_rows):
+        if last != ticks:  # it ended early, and so with a row of its own
+            own = {name: values[place : place + 1] for name, values in columns.items()}
+            (table,) = signal_tables([runs[place]], own, [last], tick)
+            tables[place] = table.take(sampled_rows(ticks, last))
+    return tables

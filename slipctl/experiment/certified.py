@@ -56,8 +56,12 @@ def missing(scenario: Scenario) -> list[str]:
     """Say of every model that the scenario simulates, and that is not certified, what is missing."""
     from slipctl.scenario import worlds
 
+    grid = worlds(scenario)
+    keys = [key for key in grid.keys if key.startswith("robot.") or key == "plant.timestep"]
+    alike = {tuple(grid.varied(index)[key] for key in keys): index for index in range(len(grid))}
     said = {}
-    for world in worlds(scenario):
+    for index in sorted(alike.values()):
+        world = grid[index]
         found = standing(world.scenario)
         if found is not None and found["state"] != "passed":
             said[standing_line(found, world.scenario.robot.model)] = None

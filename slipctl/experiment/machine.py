@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,11 @@ FAMILIES = ("cpu family", "CPU architecture")
 
 def versions() -> dict[str, str]:
     """Return the versions that decide the numbers."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("slipctl", "mujoco", "numpy", "scipy", "rerun-sdk", "pyarrow")}
 
 

@@ -133,7 +133,12 @@ def _name(law: OwnLaw) -> str:
     return f"{named.__module__}.{named.__qualname__}"
 
 
-def lineup(members: Sequence[assemble.World], robot: assemble.RobotModel, laws: OwnLaws) -> Iterator[Entrant]:
+def lineup(
+    members: Sequence[assemble.World],
+    robot: assemble.RobotModel,
+    laws: OwnLaws,
+    positions: Sequence[int] | None = None,
+) -> Iterator[Entrant]:
     """Yield the controllers of a batch: those listed in the scenario in their order, then the own ones.
 
     Parameters
@@ -143,17 +148,25 @@ def lineup(members: Sequence[assemble.World], robot: assemble.RobotModel, laws: 
     robot : RobotModel
     laws : mapping
         The own laws by label.
+    positions : sequence of int, optional
+        Places of the controllers to make, ascending; all of them where it is None.
 
     Raises
     ------
     OwnLawError
         Where an own law cannot be made or is none.
     """
-    for position, config in enumerate(members[0].scenario.controller):
+    listed = members[0].scenario.controller
+    wanted = range(len(listed) + len(laws)) if positions is None else positions
+    for position, config in enumerate(listed):
+        if position not in wanted:
+            continue
         law = assemble.law(members, position, robot)
         known = assemble.believed(members, position, robot.inertia).geometry
         yield Entrant(config.label, config.kind, law, known)
-    for label, law in laws.items():
+    for position, (label, law) in enumerate(laws.items(), start=len(listed)):
+        if position not in wanted:
+            continue
         made = _made(label, law, _known(members, robot))
         hypotheses = _hypotheses(label, made, len(members))
         checked = CheckedLaw(label, made, members[0].scenario.robot.drive, len(members))

@@ -7,15 +7,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from slipctl.experiment import assemble
-from slipctl.experiment.batch import Run
-from slipctl.experiment.collect import SIGNALS
+from slipctl.experiment.batch import FAILED
 from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from slipctl.experiment.chunk import Setup
     from slipctl.scenario import World
-    from slipctl.shape import Shape
     from slipctl.view import RunInfo, Theorem
 
 MANY = 24
@@ -27,32 +30,32 @@ class RecordChoiceError(Exception):
 
 
 def check_choice(record: str) -> int | None:
-    """Return N of ``worst:N``, or None for ``auto``, ``all`` and ``none``.
+    """Return N of ``worst:N``, or None for ``auto``, ``all``, ``failed`` and ``none``.
 
     Raises
     ------
     RecordChoiceError
         For anything else.
     """
-    if record in ("auto", "all", "none"):
+    if record in ("auto", "all", "failed", "none"):
         return None
     match = re.fullmatch(r"worst:([1-9][0-9]*)", record)
     if match is None:
-        raise RecordChoiceError(f"record: found {record!r}, allowed are auto, all, none, worst:N with N ≥ 1")
+        raise RecordChoiceError(
+            f"record: found {record!r}, allowed are auto, all, failed, none, worst:N with N ≥ 1"
+        )
     return int(match[1])
 
 
-def worlds_to_record(record: str, runs: Sequence[Run], total: int) -> tuple[list[int], str]:
+def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     """Return the indices of the worlds to record, in order, and a sentence that says how many and why.
 
     Parameters
     ----------
     record : str
-        ``auto``, ``all``, ``none`` or ``worst:N``.
-    runs : sequence of Run
-        What finished; only worlds with every controller finished are recorded.
-    total : int
-        Number of worlds in the scenario.
+        ``auto``, ``all``, ``failed``, ``none`` or ``worst:N``.
+    metrics : pyarrow.Table
+        One row per run, ordered by world.
 
     Raises
     ------
@@ -60,55 +63,77 @@ def worlds_to_record(record: str, runs: Sequence[Run], total: int) -> tuple[list
         Where `record` is none of these.
     """
     count = check_choice(record)
-    finished = sorted({run.world for run in runs})
     if record == "none":
         return [], "no recordings: told so by record none"
-    if record == "auto" and total > MANY:
+    worlds, first = np.unique(metrics["world"].to_numpy(), return_index=True)
+    early = np.array([status != "completed" for status in metrics["status"].to_pylist()])
+    ended_early = np.logical_or.reduceat(early, first)
+    if record == "failed":
+        chosen = worlds[ended_early].tolist()
+        what = "those that did not complete" if chosen else "every run completed"
+        return chosen, f"{_recordings(len(chosen))} of {len(worlds)} worlds: {what}"
+    if record == "auto" and len(worlds) > MANY:
         count = MANY
-    if count is None or count >= len(finished):
-        reason = "one per world" if len(finished) == total else "one per world that finished"
-        return finished, f"{len(finished)} recording{'s' if len(finished) != 1 else ''}: {reason}"
+    if count is None or count >= len(worlds):
+        return worlds.tolist(), f"{_recordings(len(worlds))}: one per world"
+    errors = metrics["max_position_error"].fill_null(0.0).to_numpy()
+    largest = np.maximum.reduceat(errors, first)
+    worst = worlds[np.lexsort((worlds, -largest, ~ended_early))][:count]
+    note = f"{_recordings(count)} of {len(worlds)} worlds: those that ended early, then the largest errors"
+    return sorted(worst.tolist()), note + (" (more with record all)" if record == "auto" else "")
 
-    def badness(world: int) -> tuple[bool, float]:
-        own = [run for run in runs if run.world == world]
-        errors = [run.metrics["max_position_error"] for run in own]
-        return (
-            any(run.status != "completed" for run in own),
-            max((error for error in errors if error is not None), default=0.0),
-        )
 
-    worst = sorted(finished, key=badness, reverse=True)[:count]
-    note = f"{count} recordings of {len(finished)} worlds: those that ended early, then the largest errors"
-    return sorted(worst), note + (" (more with record all)" if record == "auto" else "")
+def _recordings(count: int) -> str:
+    return f"{count} recording{'s' if count != 1 else ''}"
 
 
 def record_worlds(
     folder: Path,
+    signals: Path,
     chosen: Sequence[int],
-    runs: Sequence[Run],
-    worlds: Sequence[World],
+    metrics: pa.Table,
+    setup: Setup,
     manifest: dict[str, Any],
-    shapes: Sequence[Shape],
 ) -> dict[int, str]:
     """Write one recording per chosen world into `folder`; return the file names by world.
 
-    The recordings are made from `signals.parquet`: the archive is Parquet, a recording is a view of it.
+    The recordings are made from a Parquet file: the archive is Parquet, a recording is a view of it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    signals : pathlib.Path
+        Holds every row of the chosen worlds' runs.
+    chosen : sequence of int
+        Indices of worlds.
+    metrics : pyarrow.Table
+        One row per run.
+    setup : Setup
+    manifest : dict
     """
     if not chosen:
         return {}
+    import pyarrow as pa
+
     from slipctl.view import WorldRecording, world_slug, write_recordings
 
-    names = {world: world_slug(worlds[world].varied, manifest["scenario"]) + ".rrd" for world in chosen}
+    runs: dict[int, list[dict[str, Any]]] = {}
+    rows = metrics.filter(pa.array(np.isin(metrics["world"].to_numpy(), chosen)))
+    for row in rows.to_pylist():
+        if row["status"] != FAILED:  # such a run has nothing to show
+            runs.setdefault(row["world"], []).append(row)
+    grid = setup.plan.grid
+    names = {world: world_slug(grid.varied(world), manifest["scenario"]) + ".rrd" for world in runs}
     recordings = [
         WorldRecording(
-            file=names[world],
-            runs=tuple(run_info(worlds[world], run) for run in runs if run.world == world),
-            info=world_info(worlds[world], manifest),
+            file=names[index],
+            runs=tuple(run_info(grid[index], row) for row in own),
+            info=world_info(grid[index], manifest),
         )
-        for world in chosen
+        for index, own in runs.items()
     ]
-    bodies = shapes if worlds[0].scenario.plant.kind == "mujoco" else None
-    write_recordings(folder, folder / SIGNALS, recordings, bodies)
+    shapes = setup.robot.shapes if grid[0].scenario.plant.kind == "mujoco" else None
+    write_recordings(folder, signals, recordings, shapes)
     return names
 
 
@@ -128,13 +153,10 @@ def world_info(world: World, manifest: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def run_info(world: World, run: Run | Mapping[str, Any]) -> RunInfo:
-    """Return what a recording says of a run of a world: one that has just finished, or its row of metrics."""
+def run_info(world: World, run: Mapping[str, Any]) -> RunInfo:
+    """Return what a recording says of a run of a world, from its row of metrics."""
     from slipctl.view import RunInfo
 
-    if not isinstance(run, Mapping):
-        row = {"run": run.index, "controller": run.label, **vars(run), **run.metrics, **run.guarantee}
-        return run_info(world, row)
     config = _config(world, run["controller"])
     return RunInfo(
         run=run["run"],

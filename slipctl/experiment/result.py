@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipctl.experiment.batch import Run
 from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
-from slipctl.scenario.units import key_unit
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from slipctl.scenario import World
+SIGNALS = "signals.parquet"
+METRICS = "metrics.parquet"
+MANIFEST = "manifest.json"
+
+ROWS_AT_A_TIME = 1000
+"""Rows of metrics that are made into Python objects at a time."""
 
 
 @dataclass(frozen=True)
@@ -31,25 +34,36 @@ class Result:
         The run folder; None where nothing was written.
     metrics : pyarrow.Table
         One row per run, ordered by world, then controller.
-    signals : pyarrow.Table
-        One row per run and tick; units in the field metadata. Memory-mapped where a folder was written.
     manifest : dict
         What ran: scenario, identities, versions, machine.
     varied : tuple of str
         The swept keys.
-    recording_note : str
-        How many recordings were written, and why.
+    recording_note, signals_note : str
+        How many recordings and which rows of the signals were kept, and why.
+    failures : tuple of dict
+        Runs with the status ``failed``: ``world``, ``controller``, ``varied``, ``seed`` and ``failure``, what
+        was raised.
     interrupted : bool
-        Whether Ctrl-C ended it; the tables then hold what had finished.
+        Whether Ctrl-C ended it; the tables then hold what had finished. Only where nothing was written.
     """
 
     folder: Path | None
     metrics: pa.Table
-    signals: pa.Table
     manifest: dict[str, Any]
     varied: tuple[str, ...]
     recording_note: str
-    interrupted: bool
+    signals_note: str
+    failures: tuple[dict[str, Any], ...] = ()
+    interrupted: bool = False
+    in_memory: pa.Table | None = field(default=None, repr=False)
+
+    @cached_property
+    def signals(self) -> pa.Table:
+        """One row per run and tick that is kept; units in the field metadata.
+
+        It is read when it is asked for, all of it; `run_signals` reads one run.
+        """
+        return self._read(None)
 
     def run_signals(self, run: int) -> pa.Table:
         """Return the signals of the run with this index.
@@ -57,23 +71,44 @@ class Result:
         Raises
         ------
         KeyError
-            Where no such run finished.
+            Where no signals of such a run were kept.
         """
-        runs = self.signals["run"].to_numpy()  # ascending
-        first, end = np.searchsorted(runs, [run, run + 1])
-        if first == end:
-            raise KeyError(f"no run {run}: there are {self.metrics['run'].to_pylist()}")
-        return self.signals.slice(first, end - first)
+        rows = self._read(run)
+        if not rows.num_rows:
+            raise KeyError(f"no signals of a run {run}: there are {self.metrics['run'].to_pylist()}")
+        return rows
+
+    def _read(self, run: int | None) -> pa.Table:
+        import pyarrow as pa
+
+        if self.in_memory is not None:
+            if run is None:
+                return self.in_memory
+            first, end = np.searchsorted(self.in_memory["run"].to_numpy(), [run, run + 1])  # ascending
+            return self.in_memory.slice(first, end - first)
+        if self.folder is None or not (self.folder / SIGNALS).is_file():
+            return pa.table({"run": pa.array([], pa.int32()), "time": pa.array([], pa.float64())})
+        import pyarrow.parquet as pq
+
+        chosen = None if run is None else [("run", "=", run)]
+        return pq.read_table(self.folder / SIGNALS, memory_map=True, filters=chosen)
 
     def json(self) -> dict[str, Any]:
         """Return the machine output of `slipctl run --json`."""
-        runs = []
-        for row in self.metrics.to_pylist():
-            recording = row["recording"]
-            if recording is not None and self.folder is not None:
-                recording = (self.folder / recording).as_posix()
-            runs.append(
-                {
+        return {**self.json_head(), "runs": list(self.json_runs())}
+
+    def json_head(self) -> dict[str, Any]:
+        """Return the machine output without its runs."""
+        return {key: self.manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")}
+
+    def json_runs(self) -> Iterator[dict[str, Any]]:
+        """Yield the runs of the machine output: many of them never stand in memory together."""
+        for batch in self.metrics.to_batches(max_chunksize=ROWS_AT_A_TIME):
+            for row in batch.to_pylist():
+                recording = row["recording"]
+                if recording is not None and self.folder is not None:
+                    recording = (self.folder / recording).as_posix()
+                yield {
                     "controller": row["controller"],
                     "varied": {key: row[key] for key in self.varied},
                     "seed": row["seed"],
@@ -82,59 +117,3 @@ class Result:
                     "guarantee": {name: row[name] for name in ("first_violation", *METRIC_UNITS)},
                     "recording": recording,
                 }
-            )
-        return {key: self.manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")} | {
-            "runs": runs
-        }
-
-
-def metrics_table(runs: Sequence[Run], worlds: Sequence[World], recordings: dict[int, str]) -> pa.Table:
-    """Return one row per run, with units in the field metadata.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-    worlds : sequence of World
-        All worlds in grid order.
-    recordings : dict
-        File name of the recording of a world, by world index.
-    """
-    import pyarrow as pa
-
-    runs = sorted(runs, key=lambda run: run.index)
-    columns: list[tuple[pa.Field, Any]] = []
-
-    def add(name: str, values: list, kind: pa.DataType | None = None, unit: str = "1") -> None:
-        array = pa.array(values, type=kind)
-        columns.append((pa.field(name, array.type, metadata={"unit": unit}), array))
-
-    add("run", [run.index for run in runs], pa.int32())
-    add("world", [run.world for run in runs], pa.int32())
-    add("controller", [run.label for run in runs], pa.string())
-    add("kind", [run.kind for run in runs], pa.string())
-    for key in varied_keys(worlds):
-        if key != "seed":
-            add(key, [worlds[run.world].varied[key] for run in runs], unit=key_unit(worlds[0].scenario, key))
-    add("seed", [worlds[run.world].seed for run in runs], pa.int64())
-    add("status", [run.status for run in runs], pa.string())
-    add("end_time", [run.end_time for run in runs], pa.float64(), "s")
-    for name, unit in UNITS.items():
-        add(name, [run.metrics[name] for run in runs], pa.float64(), unit)
-    add("first_violation", [run.guarantee["first_violation"] for run in runs], pa.string())
-    for name, unit in METRIC_UNITS.items():
-        add(name, [run.guarantee[name] for run in runs], pa.float64(), unit)
-    add("recording", [recordings.get(run.world) for run in runs], pa.string())
-    return pa.Table.from_arrays(
-        [array for _, array in columns], schema=pa.schema([column for column, _ in columns])
-    )
-
-
-def varied_keys(worlds: Sequence[World]) -> tuple[str, ...]:
-    """Return the swept keys, in the order of the file."""
-    return tuple(worlds[0].varied)
-
-
-def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write an object as indented UTF-8 JSON; not-a-number is an error."""
-    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8", newline="\n")

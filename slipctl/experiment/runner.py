@@ -1,29 +1,32 @@
-"""Run a scenario: worlds in batches, results streamed to disk, recordings from them."""
+"""Run a scenario: worlds in chunks, each put on disk as it is done, then results and recordings from them."""
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from datetime import UTC, datetime
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 from slipctl import scenario as files
-from slipctl.experiment import assemble, certified, folder
-from slipctl.experiment.batch import batches, run_batch
-from slipctl.experiment.collect import Collector
+from slipctl.experiment import assemble
+from slipctl.experiment.chunk import Output, Setup, lost
+from slipctl.experiment.conclude import conclude, in_memory
+from slipctl.experiment.errors import Interrupted, StorageError
+from slipctl.experiment.executors import Executor, Lost, choose
+from slipctl.experiment.finish import manifest
 from slipctl.experiment.machine import machine, versions
-from slipctl.experiment.own import OwnLaws, check_labels, described
-from slipctl.experiment.record import record_worlds, worlds_to_record
-from slipctl.experiment.result import Result, metrics_table, varied_keys, write_json
+from slipctl.experiment.own import OwnLaws, check_labels
+from slipctl.experiment.plan import Chunk, Plan, make_plan, read_plan
+from slipctl.experiment.record import check_choice
+from slipctl.experiment.result import Result
+from slipctl.experiment.resuming import same_as_before
+from slipctl.experiment.store import Store, resume_command
+
+CLUSTER = 4
+"""Workers that are reckoned with where a cluster simulates: chunks are then small enough to be shared out."""
 
 Progress = Callable[[int, int, str], None]
-
-LARGEST_BATCH = 64
-ROWS_IN_MEMORY = 500_000
-"""Rows times worlds that one batch may hold: about 0.2 GB of signals."""
+Begun = Callable[[Path, int], None]
 
 
 def run(
@@ -31,8 +34,14 @@ def run(
     *,
     out: Path | str | None = None,
     record: str = "auto",
+    signals: str = "auto",
     threads: int | None = None,
+    workers: int = 1,
+    dask: str | None = None,
+    worlds: Sequence[int] | None = None,
+    keep_going: bool = False,
     progress: Progress | None = None,
+    begun: Begun | None = None,
     laws: OwnLaws | None = None,
 ) -> Result:
     """Run every world of a scenario under every listed controller.
@@ -41,13 +50,29 @@ def run(
     ----------
     scenario : Scenario, path, or name of a shipped scenario
     out : path, optional
-        Folder in which a new run folder is made; nothing is written where it is None.
+        Folder in which a new run folder is made; nothing is written where it is None. Until it is finished
+        it is called NAME.unfinished and holds every chunk of worlds that is done: see `resume`.
     record : str
-        Which worlds get a Rerun recording: ``auto``, ``all``, ``none`` or ``worst:N``. Without `out`, none.
+        Which worlds get a Rerun recording: ``auto``, ``all``, ``failed`` (those that did not complete),
+        ``none`` or ``worst:N``. Without `out`, none.
+    signals : str
+        Which rows of the signals are kept: ``all``, ``sampled`` (at most 51 of each run), ``none``, or
+        ``auto``, which is ``all`` unless that were very many on a disk.
     threads : int, optional
         Threads for MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
+    workers : int
+        Processes of this machine that simulate; 1 is this process alone. Results do not depend on it. A
+        script that asks for more must be importable: guard its body by ``if __name__ == "__main__":``.
+    dask : str, optional
+        Address of a Dask scheduler whose workers simulate instead (extra ``cluster``).
+    worlds : sequence of int, optional
+        Indices, in grid order, of the worlds to run; all of them where it is None.
+    keep_going : bool
+        Whether a run whose simulation raises gets the status ``failed`` and the rest goes on.
     progress : callable, optional
         Called with steps done, steps in all and a text.
+    begun : callable, optional
+        Called once with the unfinished folder and the number of chunks.
     laws : mapping, optional
         Laws of one's own by label: they run beside the listed controllers, in the same worlds. Each is a
         `slipctl.simulate.Controller`, or what makes one from a `slipctl.experiment.own.KnownRobot`.
@@ -64,100 +89,146 @@ def run(
         Where `out` cannot be written.
     slipctl.experiment.checked.OwnLawError
         Where an own law has a label that cannot be, raises, or gives what does not fit or is not finite.
+    slipctl.experiment.errors.Interrupted
+        On Ctrl-C (it is a KeyboardInterrupt), where chunks are kept in a folder.
+    slipctl.experiment.errors.StorageError
+        Where something cannot be put on disk; what is there is kept.
+    slipctl.experiment.errors.WorkerError, ClusterError
+        Where the processes that simulate cannot.
     """
+    began = time.monotonic()
     if not isinstance(scenario, files.Scenario):
         scenario = files.load(scenario)
     laws = dict(laws or {})
     check_labels(laws, [controller.label for controller in scenario.controller])
-    worlds = files.worlds(scenario)
-    began = time.monotonic()
-    tell = progress or (lambda done, total, text: None)
-    with ExitStack() as stack:
-        part = None
-        if out is not None:
-            out = Path(out)
-            part = stack.enter_context(folder.unfinished(out, scenario.name))
-        # the model is read before the first tick, so that a wrong one is refused before any work
-        robot = assemble.read_robot(scenario)
-        collector = Collector(part)
-        try:
-            _simulate(worlds, robot, threads, collector, tell, laws)
-        except KeyboardInterrupt:
-            collector.interrupted = True
-            collector.flush()
-            if not collector.runs:
-                raise
-        signals = collector.close()
-        manifest = _manifest(scenario, worlds, robot.model_id)
-        if laws:
-            manifest["own_laws"] = described(laws)
-        if robot.notes:
-            manifest["robot_notes"] = list(robot.notes)
-        recordings: dict[int, str] = {}
-        note = "no recordings: nothing was written to disk"
-        if part is not None:
-            chosen, note = worlds_to_record(record, collector.runs, len(worlds))
-            recordings = record_worlds(part, chosen, collector.runs, worlds, manifest, robot.shapes)
-        metrics = metrics_table(collector.runs, worlds, recordings)
-        target = None
-        if part is not None and isinstance(out, Path):
-            import pyarrow.parquet as pq
+    check_choice(record)
+    plan = make_plan(
+        scenario,
+        laws,
+        record=record,
+        signals="all" if out is None and signals == "auto" else signals,
+        worlds=worlds,
+        keep_going=keep_going,
+        workers=workers if dask is None else CLUSTER,
+    )
+    executor = choose(workers, dask, threads)
+    # the model is read before the first tick, so that a wrong one is refused before any work
+    setup = Setup(plan, assemble.read_robot(scenario), laws)
+    told = manifest(setup)
+    if out is None:
+        return _here(setup, told, executor, progress)
+    identity = {key: told[key] for key in ("scenario", "scenario_id", "model_id")}
+    kept = {**identity, "versions": versions(), "machine": machine(), "own_laws": list(laws), **plan.json()}
+    store = Store.create(Path(out), scenario.name, kept)
+    if begun is not None:
+        begun(store.folder, -(-len(plan.worlds) // plan.chunk_worlds))
+    return _on_disk(setup, told, executor, store, progress, began)
 
-            pq.write_table(metrics, part / "metrics.parquet")
-            manifest |= {
-                "runs": metrics.num_rows,
-                "interrupted": collector.interrupted,
-                "recordings": note,
-                "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-                "wall_time": round(time.monotonic() - began, 3),
-            }
-            write_json(part / "manifest.json", manifest)
-            target = folder.publish(part, out, scenario.name)
-            signals = pq.read_table(target / "signals.parquet", memory_map=True)
-    return Result(target, metrics, signals, manifest, varied_keys(worlds), note, collector.interrupted)
+
+def resume(
+    folder: Path | str,
+    *,
+    threads: int | None = None,
+    workers: int = 1,
+    dask: str | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Go on with an unfinished experiment, and finish it as if it had never stopped.
+
+    Parameters
+    ----------
+    folder : path
+        What `run` left: ``NAME.unfinished``. The run folder is made beside it.
+    threads, workers, dask, progress
+        As for `run`; they may differ from those before.
+
+    Returns
+    -------
+    Result
+        With the same bytes in ``metrics.parquet`` and ``signals.parquet`` as without the interruption.
+
+    Raises
+    ------
+    slipctl.experiment.errors.ResumeError
+        Where it is no such folder, is in use, or was begun with other versions, files or models.
+    Exception
+        As `run` does.
+    """
+    began = time.monotonic()
+    store = Store.open(Path(folder))
+    try:
+        executor = choose(workers, dask, threads)
+        setup = same_as_before(store.folder, store.plan, read_plan)
+        told = manifest(setup)
+    except BaseException:
+        store.close()
+        raise
+    return _on_disk(setup, told, executor, store, progress, began)
+
+
+def _on_disk(
+    setup: Setup, told: dict, executor: Executor, store: Store, progress: Progress | None, began: float
+) -> Result:
+    plan = setup.plan
+    lost_ones: dict[int, Output] = {}
+    try:
+        for ended in _simulate(setup, executor, store, _kept(plan, store), progress):
+            if isinstance(ended, Lost):
+                lost_ones[ended.chunk.index] = lost(plan, ended.chunk, ended.reason)
+            elif ended.output is not None:
+                store.keep(ended.output)
+        return conclude(setup, told, store, lost_ones, began)
+    except BaseException as error:
+        if store.published is not None:  # all is done but for removing what is no longer needed
+            raise
+        kept = _kept(plan, store)  # on the disk: a chunk may be there of which nobody was told yet
+        if not kept and not lost_ones and not isinstance(error, StorageError):
+            store.discard()
+            raise
+        store.close()
+        if isinstance(error, KeyboardInterrupt):
+            done = sum(len(chunk.worlds) for chunk in plan.chunks() if chunk.index in kept)
+            raise Interrupted(store.folder, done, len(plan.worlds)) from None
+        error.add_note(f"what is finished is kept; go on: {resume_command(store.folder)}")
+        raise
+
+
+def _kept(plan: Plan, store: Store) -> set[int]:
+    return {chunk.index for chunk in plan.chunks() if store.metrics(chunk) is not None}
+
+
+def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | None) -> Result:
+    """Run without a folder: everything stays in memory."""
+    outputs: dict[int, Output] = {}
+    interrupted = False
+    try:
+        for ended in _simulate(setup, executor, None, set(), progress):
+            output = lost(setup.plan, ended.chunk, ended.reason) if isinstance(ended, Lost) else ended.output
+            assert output is not None, "nothing is on the disk"
+            outputs[ended.chunk.index] = output
+    except KeyboardInterrupt:
+        interrupted = True
+        if not outputs:
+            raise
+    return in_memory(setup, told, [outputs[index] for index in sorted(outputs)], interrupted)
 
 
 def _simulate(
-    worlds: Sequence[files.World],
-    robot: assemble.RobotModel,
-    threads: int | None,
-    collector: Collector,
-    tell: Progress,
-    laws: OwnLaws,
-) -> None:
-    runs = len(worlds[0].scenario.controller) + len(laws)
-    steps = [assemble.tick_count(world.scenario) * runs for world in worlds]
-    total, done = sum(steps), 0
-    longest = max(assemble.tick_count(world.scenario) for world in worlds) + 1
-    largest = max(1, min(LARGEST_BATCH, ROWS_IN_MEMORY // longest))
-    for indices in batches(worlds, largest):
-        text = f"world {indices[0] + 1} to {indices[-1] + 1} of {len(worlds)}"
+    setup: Setup, executor: Executor, store: Store | None, kept: set[int], progress: Progress | None
+) -> Iterator:
+    """Yield what becomes of every chunk that is not kept yet, and tell how far all of it is."""
+    plan, tell = setup.plan, progress or (lambda done, total, text: None)
+    total = int(plan.ticks.sum()) * len(plan.entrants)
+    todo = [chunk for chunk in plan.chunks() if chunk.index not in kept]
+    done = total - sum(plan.steps(chunk) for chunk in todo)
+    where = None if store is None else store.chunk_files()
 
-        def report(within: int, before: int = done, text: str = text) -> None:
-            tell(before + within, total, text)
+    def within(chunk: Chunk, ticks: int) -> None:
+        first, last = chunk.worlds[0] + 1, chunk.worlds[-1] + 1
+        tell(done + ticks, total, f"world {first} to {last} of {len(plan.grid)}")
 
-        workers = threads or _threads(len(indices))
-        for finished in run_batch(worlds, indices, robot, workers, report, laws):
-            collector.add(finished)
-        collector.flush()
-        done += sum(steps[index] for index in indices)
-
-
-def _threads(worlds: int) -> int:
-    """Return how many threads pay: handing a tick over costs as much as a few worlds' physics."""
-    return max(1, min(os.cpu_count() or 1, worlds // 4))
-
-
-def _manifest(scenario: files.Scenario, worlds: Sequence[files.World], model_id: str) -> dict[str, Any]:
-    return {
-        "format": 1,
-        "scenario": scenario.name,
-        "scenario_id": files.scenario_id(scenario),
-        "model_id": model_id,
-        "certified": certified.standing(worlds[0].scenario),
-        "versions": versions(),
-        "machine": machine(),
-        "worlds": len(worlds),
-        "controllers": [controller.label for controller in scenario.controller],
-        "scenario_file": files.dump(scenario),
-    }
+    with closing(executor.run(setup, todo, where, within)) as ended_ones:
+        for ended in ended_ones:
+            yield ended
+            done += plan.steps(ended.chunk)
+            within(ended.chunk, 0)

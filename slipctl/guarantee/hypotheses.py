@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,15 @@ class Hypotheses:
     def order(self) -> int:
         """Length of the chain of integrators, 2 or 3."""
         return self.weights.shape[-1]
+
+    def of(self, worlds: slice | NDArray[np.intp]) -> Hypotheses:
+        """Return what is assumed for some of the worlds."""
+        some = {
+            field.name: value[worlds]
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), np.ndarray)
+        }
+        return replace(self, **some)
 
     def ratio_bound(self, speed: Array) -> Array:
         """Return q, the bound on |σ| = √(v_t² + v_s²)/|v| (N, T) that follows at speeds |v| (N, T)."""

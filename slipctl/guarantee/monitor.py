@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from slipctl.guarantee.hypotheses import LEAST_SPEED
 from slipctl.tick import Array
@@ -32,8 +32,24 @@ def measured_ratio(columns: Mapping[str, NDArray]) -> Array:
     return np.sqrt(along * along + across * across) / speed
 
 
+FEW = 4
+"""Fewer worlds than this are filtered without scipy.signal, whose import takes longer than a run."""
+
+
 def low_pass(values: Array, tick: float) -> Array:
-    """Return values (N, T) behind a first-order low-pass that starts at the first of them."""
+    """Return values (N, T) behind a first-order low-pass that starts at the first of them.
+
+    The bits are the same for few worlds and for many.
+    """
     share = -math.expm1(-tick / TIME_CONSTANT)
-    state = (1.0 - share) * values[:, :1]
-    return lfilter([share], [1.0, share - 1.0], values, axis=-1, zi=state)[0]
+    rest = 1.0 - share
+    if len(values) < FEW:
+        told = share * values
+        told[:, 0] += rest * values[:, 0]
+        told[:, 1:] += 0.0 * values[:, :-1]  # after an infinity nothing is known, as with scipy
+        return np.array(
+            [list(accumulate(row, lambda before, now: rest * before + now)) for row in told.tolist()]
+        )
+    from scipy.signal import lfilter
+
+    return lfilter([share], [1.0, -rest], values, axis=-1, zi=rest * values[:, :1])[0]

@@ -1,9 +1,9 @@
-"""One run summed up: the first violation, and the bound on the position error beside the error."""
+"""Runs summed up: the first violation, and the bound on the position error beside the error."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,25 @@ from slipctl.guarantee.hypotheses import Hypotheses, demands
 from slipctl.guarantee.path_time import in_path_time
 from slipctl.theory import ultimate
 
+Told = dict[str, float | str | None]
+
 TIME_CONSTANTS = 4
 """Of the surface JᵀPe = 0 that the transient lasts at least (assumed)."""
 
 
 def verdict(
     columns: Mapping[str, NDArray], hypotheses: Hypotheses | None, world: int, last_row: int, tick: float
-) -> dict[str, float | str | None]:
-    """Return what the guarantee says of rows 0 … last_row of one world.
+) -> Told:
+    """Return what the guarantee says of rows 0 … last_row of one world; see `verdicts`."""
+    alone = slice(world, world + 1)
+    columns = {name: values[alone] for name, values in columns.items()}
+    return verdicts(columns, None if hypotheses is None else hypotheses.of(alone), [last_row], tick)[0]
+
+
+def verdicts(
+    columns: Mapping[str, NDArray], hypotheses: Hypotheses | None, last_rows: Sequence[int], tick: float
+) -> list[Told]:
+    """Return what the guarantee says of rows 0 … last_row of every world, whatever the company.
 
     The transient ends at `settling_time`: after four time constants of the error on the surface JᵀPe = 0, or
     as many more as it takes until V is within its tight level set, which the theorem then keeps it in. All
@@ -40,71 +51,100 @@ def verdict(
         As `with_guarantee` returns them.
     hypotheses : Hypotheses or None
         None for a law without a theorem.
-    world, last_row : int
+    last_rows : sequence of int
+        The last row that counts, of every world.
     tick : float
         [s].
 
     Returns
     -------
-    dict
+    list of dict
         `first_violation` and the keys of `METRIC_UNITS`; None where there is nothing to say.
     """
-    told: dict[str, float | str | None] = {"first_violation": None} | dict.fromkeys(METRIC_UNITS)
-    if hypotheses is None or last_row == 0:
+    told: list[Told] = [{"first_violation": None} | dict.fromkeys(METRIC_UNITS) for _ in last_rows]
+    if hypotheses is None:
         return told
     columns = in_path_time(columns)
-    ticks = slice(0, last_row)
-    told |= _first_violation(columns, hypotheses, world, ticks, tick)
-    outside = _row(columns, "guarantee.weighted_error", world, ticks) >= hypotheses.boundary_layer[world]
-    if outside.any():
-        told["lyapunov_fraction"] = float(
-            _row(columns, "guarantee.lyapunov_falls", world, ticks)[outside].mean()
-        )
+    moved = {world: last for world, last in enumerate(last_rows) if last > 0}
+    for world, last in moved.items():
+        told[world] |= _fractions(columns, hypotheses, world, last, tick)
+    for world, found in _first_violations(columns, hypotheses, moved, tick).items():
+        told[world] |= found
+    for world, settled in _settled(columns, hypotheses, moved, tick).items():
+        told[world] |= _bounds(columns, hypotheses, world, moved[world], settled, tick)
+    return [
+        {
+            key: value if not isinstance(value, float) or math.isfinite(value) else None
+            for key, value in one.items()
+        }
+        for one in told
+    ]
+
+
+def _fractions(
+    columns: Mapping[str, NDArray], hypotheses: Hypotheses, world: int, last_row: int, tick: float
+) -> Told:
+    """Return what is a share of the ticks of one world, or a time in them."""
+
+    def ticks(name: str) -> NDArray:
+        return columns[f"guarantee.{name}"][world, :last_row]
+
+    found: Told = {}
+    outside = ticks("weighted_error") >= hypotheses.boundary_layer[world]
+    count = np.count_nonzero(outside)
+    if count:
+        found["lyapunov_fraction"] = np.count_nonzero(ticks("lyapunov_falls") & outside) / count
     if "guarantee.slip_rates_bounded" in columns:
-        told["slip_rate_fraction"] = float(_row(columns, "guarantee.slip_rates_bounded", world, ticks).mean())
-    told["calm_fraction"] = float(_row(columns, "guarantee.calm", world, ticks).mean())
-    told["calm_tick"] = float(_row(columns, "guarantee.calm_tick", world, ticks).min())
-    alarms = np.flatnonzero(_row(columns, "guarantee.alarm", world, ticks))
-    if len(alarms):
-        told["alarm_time"] = float(alarms[0] * tick)
-    told |= _bounds(columns, hypotheses, world, last_row, tick)
-    return {
-        key: value if not isinstance(value, float) or math.isfinite(value) else None
-        for key, value in told.items()
-    }
+        found["slip_rate_fraction"] = np.count_nonzero(ticks("slip_rates_bounded")) / last_row
+    found["calm_fraction"] = np.count_nonzero(ticks("calm")) / last_row
+    found["calm_tick"] = float(ticks("calm_tick").min())
+    alarm = ticks("alarm")
+    first = int(alarm.argmax())
+    if alarm[first]:
+        found["alarm_time"] = float(first * tick)
+    return found
 
 
-def _first_violation(
-    columns: Mapping[str, NDArray], hypotheses: Hypotheses, world: int, ticks: slice, tick: float
-) -> dict[str, float | str | None]:
-    broken = np.flatnonzero(~_row(columns, "guarantee.held", world, ticks))
-    if len(broken) == 0:
+def _first_violations(
+    columns: Mapping[str, NDArray], hypotheses: Hypotheses, last_rows: Mapping[int, int], tick: float
+) -> dict[int, Told]:
+    """Return the first violation of every world that has one."""
+    held = columns["guarantee.held"]
+    firsts = {world: int(held[world, :last].argmin()) for world, last in last_rows.items()}
+    broken = {world: k for world, k in firsts.items() if not held[world, k]}
+    if not broken:
         return {}
-    k = int(broken[0])
-    name = next(name for name in HYPOTHESES if not columns[f"guarantee.{name}"][world, k])
-    here = {column: values[:, k : k + 1] for column, values in columns.items()}
-    errors = true_errors(here, hypotheses.order)
-    weights = hypotheses.weights[:, -1]
+    worlds, rows = np.array(list(broken)), np.array(list(broken.values()))
+    here = {name: values[worlds, rows][:, None] for name, values in columns.items()}
+    chosen = hypotheses.of(worlds)
+    errors = true_errors(here, chosen.order)
+    weights = chosen.weights[:, -1]
     weighted = sum(weights[:, i, None, None] * error for i, error in enumerate(errors))
-    found = demands(here, hypotheses, here["guarantee.uncertainty"], np.asarray(weighted))
-    return {
-        "first_violation": name,
-        "first_violation_time": k * tick,
-        "first_violation_excess": float(found[name].excess[world, 0]),
-    }
+    found = demands(here, chosen, here["guarantee.uncertainty"], np.asarray(weighted))
+    told: dict[int, Told] = {}
+    for index, (world, k) in enumerate(broken.items()):
+        name = next(name for name in HYPOTHESES if not here[f"guarantee.{name}"][index, 0])
+        told[world] = {
+            "first_violation": name,
+            "first_violation_time": k * tick,
+            "first_violation_excess": float(found[name].excess[index, 0]),
+        }
+    return told
 
 
 def _bounds(
-    columns: Mapping[str, NDArray], hypotheses: Hypotheses, world: int, last_row: int, tick: float
-) -> dict[str, float | str | None]:
+    columns: Mapping[str, NDArray],
+    hypotheses: Hypotheses,
+    world: int,
+    last_row: int,
+    settled: tuple[int, float, float],
+    tick: float,
+) -> Told:
     weights, gains = hypotheses.weights[world], hypotheses.gains[world]
     layer = float(hypotheses.boundary_layer[world])
-    settled = _settled(columns, hypotheses, world, last_row, tick)
-    if settled is None:
-        return {}
     first, gain, tight = settled
-    ticks = slice(first, last_row)
-    errors = _row(columns, "error.position", world, slice(first, last_row + 1))
+    error = columns["error.position"][world, first : last_row + 1]
+    largest = float(error.max())
     bounds = {
         "error_bound_level_set": ultimate.level_set(weights, layer, gain),
         "error_bound_tight_level_set": tight,
@@ -113,43 +153,64 @@ def _bounds(
     if ultimate.small_gain(gains, weights) < 1.0:
         corner = float(weights[0, -1])
         reached = float(columns["guarantee.weighted_error"][world, first]) / corner
-        bounds["error_bound_small_gain"] = max(layer / corner, reached, float(errors[0]))
-    held = float(_row(columns, "guarantee.held", world, ticks).mean())
-    found: dict[str, float | str | None] = {
+        bounds["error_bound_small_gain"] = max(layer / corner, reached, float(error[0]))
+    held = np.count_nonzero(columns["guarantee.held"][world, first:last_row]) / (last_row - first)
+    found: Told = {
         "settling_time": first * tick,
         "settled_guarantee_fraction": held,
-        "settled_error": float(errors.max()),
+        "settled_error": largest,
         "lyapunov_level": tight,
         **bounds,
     }
     if held == 1.0:
         bound = min(bounds.values())
-        found |= {"error_bound": bound, "error_bound_share": float(errors.max()) / bound}
+        found |= {"error_bound": bound, "error_bound_share": largest / bound}
     return found
 
 
 def _settled(
-    columns: Mapping[str, NDArray], hypotheses: Hypotheses, world: int, last_row: int, tick: float
-) -> tuple[int, float, float] | None:
+    columns: Mapping[str, NDArray], hypotheses: Hypotheses, last_rows: Mapping[int, int], tick: float
+) -> dict[int, tuple[int, float, float]]:
     """Return the row at which the transient ends, the supremum of ρ from there on, and the tight level."""
-    weights, layer = hypotheses.weights[world], float(hypotheses.boundary_layer[world])
-    constant = ultimate.time_constant(weights)
-    passed = columns["reference.path_time"][world] if "decision.path_speed" in columns else None
-    count = TIME_CONSTANTS
-    while True:
-        elapsed = count * constant - 1e-9
-        first = math.ceil(elapsed / tick) if passed is None else int(np.searchsorted(passed, elapsed))
-        if first >= last_row:
-            return None
-        gain = float(_row(columns, "decision.robust_gain", world, slice(first, last_row)).max())
-        if not math.isfinite(gain):
-            return None
-        level = ultimate.tight_level_set(weights, layer, gain)
-        if columns["guarantee.lyapunov"][world, first] <= level:
-            return first, gain, level
-        count += 1
+    settled: dict[int, tuple[int, float, float]] = {}
+    waiting, count = list(last_rows), TIME_CONSTANTS
+    while waiting:
+        from_there = {}
+        for world in waiting:
+            elapsed = count * ultimate.time_constant(hypotheses.weights[world]) - 1e-9
+            first = _row_after(columns, world, elapsed, tick)
+            if first < last_rows[world]:
+                gain = float(columns["decision.robust_gain"][world, first : last_rows[world]].max())
+                if math.isfinite(gain):
+                    from_there[world] = first, gain
+        levels = _tight_levels(hypotheses, {world: gain for world, (_, gain) in from_there.items()})
+        waiting, count = [], count + 1
+        for world, (first, gain) in from_there.items():
+            if columns["guarantee.lyapunov"][world, first] <= levels[world]:
+                settled[world] = first, gain, levels[world]
+            else:
+                waiting.append(world)
+    return settled
 
 
-def _row(columns: Mapping[str, NDArray], name: str, world: int, rows: slice) -> NDArray:
-    # a contiguous slice of its own, so that sums round alike in every batch
-    return np.ascontiguousarray(columns[name][world, rows])
+def _row_after(columns: Mapping[str, NDArray], world: int, elapsed: float, tick: float) -> int:
+    """Return the first row at which so much of the law's time [s] has passed."""
+    if "decision.path_speed" not in columns:
+        return math.ceil(elapsed / tick)
+    return int(np.searchsorted(columns["reference.path_time"][world], elapsed))
+
+
+def _tight_levels(hypotheses: Hypotheses, gains: Mapping[int, float]) -> dict[int, float]:
+    """Return the tight level set of some worlds, those of equal weights at once."""
+    alike: dict[bytes, list[int]] = {}
+    for world in gains:
+        alike.setdefault(hypotheses.weights[world].tobytes(), []).append(world)
+    levels = {}
+    for worlds in alike.values():
+        found = ultimate.tight_level_sets(
+            hypotheses.weights[worlds[0]],
+            hypotheses.boundary_layer[worlds],
+            np.array([gains[world] for world in worlds]),
+        )
+        levels |= dict(zip(worlds, found.tolist(), strict=True))
+    return levels

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.pairs import pair
 from slipctl.plants.ending import judged
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.slip import SlipLaw
@@ -98,14 +99,14 @@ class DynamicOde:
         )
         return Motion(
             position=state.position,
-            velocity=np.stack(_turned(state.body_speed, -slip.lateral, c, s), axis=-1),
-            heading_vector=np.stack([c, s], axis=-1),
+            velocity=pair(*_turned(state.body_speed, -slip.lateral, c, s)),
+            heading_vector=pair(c, s),
             heading_rate=state.heading_rate,
             wheel_rate=rates,
             wheel_angle=state.wheel_angle,
             forward_speed=speed,
             yaw_rate=turn,
-            acceleration=np.stack(_turned(along, across, c, s), axis=-1),
+            acceleration=pair(*_turned(along, across, c, s)),
         )
 
     def _lateral_rate(self, state: DynamicState, push: Array, speed: Array, slip: Slip) -> Array:
@@ -153,11 +154,11 @@ class DynamicOde:
         new = np.where(moves, new, y)
         return DynamicState(
             time=state.time + tick,
-            position=np.ascontiguousarray(new[:2].T),
+            position=new[:2].T,
             heading=new[2],
             body_speed=new[3],
             heading_rate=new[4],
-            wheel_angle=np.ascontiguousarray(new[5:].T),
+            wheel_angle=new[5:].T,
             wheel_torque=np.where(moves[:, None], last, state.wheel_torque),
             status=status,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from mujoco.batch import Batch
@@ -59,6 +60,11 @@ class Ground:
     patches: tuple[Patch, ...] = ()
     changes: tuple[Change, ...] = ()
     terrain: Terrain | None = None
+
+    @cached_property
+    def creeps(self) -> bool:
+        """Whether the tyres of any world creep."""
+        return not np.isnan(self.creep_stiffness).all()
 
     @property
     def varies(self) -> bool:

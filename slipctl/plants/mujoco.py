@@ -130,7 +130,7 @@ class MujocoPlant:
         standstill = settle(compile_model(path, timestep, speed_drive, torque_limit))
         lay(batch, ground, standstill.tyre)
         batch.bind("sensordata")
-        columns, surroundings = _columns(batch), None
+        columns, surroundings = Columns.of(batch), None
         if ground.varies or pushes or ground.terrain is not None:
             surroundings = Surroundings.of(batch, ground, pushes, standstill, columns)
         return cls(
@@ -182,7 +182,7 @@ class MujocoPlant:
         rows[:, columns.yaw_rate] = start.yaw_rate + slip.yaw
         wheel_rate = self._wheels.wheel_rates(start.forward_speed, start.yaw_rate)
         rows[:, columns.wheel_rate] = wheel_rate
-        if self._servos:
+        if self._columns.motor.servo:
             rows[:, columns.control] = wheel_rate
 
         if self._surroundings is not None:
@@ -222,7 +222,7 @@ class MujocoPlant:
         steps = round(tick / timestep)
         if steps < 1 or abs(steps * timestep - tick) > 1e-9 * tick:
             raise ValueError(f"the tick of {tick} s is not a multiple of the physics step of {timestep} s")
-        running = state.status == Status.RUNNING
+        running = state.status == int(Status.RUNNING)
         if not running.any():
             return replace(state, time=state.time + tick)
         self._load(state, self._told(state, command), tick)
@@ -237,9 +237,12 @@ class MujocoPlant:
 
         # A bad world resets itself: only a warning, or a clock that did not advance, tells.
         rows = self.batch.state.copy()
-        good &= (self.batch.warning[..., 1] == warned).all(axis=1)
+        if not np.array_equal(self.batch.warning[..., 1], warned):
+            good &= (self.batch.warning[..., 1] == warned).all(axis=1)
         good &= np.abs(rows[:, 0] - state.rows[:, 0] - tick) < 0.5 * timestep
-        good &= np.isfinite(rows).all(axis=1)
+        finite = np.isfinite(rows)
+        if not finite.all():
+            good &= finite.all(axis=1)
         columns = self._columns
         with np.errstate(invalid="ignore"):
             acceleration = (rows[:, columns.velocity] - state.rows[:, columns.velocity]) / tick
@@ -250,15 +253,15 @@ class MujocoPlant:
         return MujocoState(rows, sensors, acceleration, state.time + tick, status, friction)
 
     def _judged(self, status: Statuses, rows: Array, running: Flags, good: Flags) -> Statuses:
+        outside = self._columns.distance(rows) > self.arena
+        tipped = self._columns.upright(rows) < LEAST_UPRIGHT
+        if not (outside | tipped | ~good).any():
+            return status
         new = status.copy()
-        new[running & (self._columns.distance(rows) > self.arena)] = Status.LEFT_THE_ARENA
-        new[running & (self._columns.upright(rows) < LEAST_UPRIGHT)] = Status.TIPPED
+        new[running & outside] = Status.LEFT_THE_ARENA
+        new[running & tipped] = Status.TIPPED
         new[running & ~good] = Status.DIVERGED
         return new
-
-    @property
-    def _servos(self) -> bool:
-        return bool((self._columns.motor.damping != 0.0).all())
 
     def _told(self, state: MujocoState, command: Command) -> Array:
         """Return what the actuators are told (N, 2): set points of servos, or torques held for the tick.
@@ -268,7 +271,7 @@ class MujocoPlant:
         TypeError
             If the command is of the other drive.
         """
-        if isinstance(command, SpeedCommand) is not self._servos:
+        if isinstance(command, SpeedCommand) is not self._columns.motor.servo:
             raise TypeError(f"a {type(command).__name__} does not fit the drive of this plant")
         if isinstance(command, SpeedCommand):
             return command.wheel_rate
@@ -281,20 +284,12 @@ class MujocoPlant:
         """Write the state, the command, and whatever the ground makes of them into the batch."""
         batch = self.batch
         batch.state[...] = state.rows
-        batch.bind("ctrl")[...] = wheel_command
+        batch.state[:, self._columns.control] = wheel_command
         speed = state.rows[:, self._columns.wheel_rate] * self.wheel_radius
-        if not np.isnan(self.ground.creep_stiffness).all():
+        if self.ground.creeps:
             soften(batch, viscosity(self.ground, speed), self.standstill.tyre)
         if self.slip_law is not None:
             motion = self.observe(state)
             slip = self.slip_law.affine(state.time).at(motion.forward_speed)
             surface = floor_motion(slip, *ahead(motion, 0.5 * tick))
             batch.expand("geom_surfacevel")[:, batch.model.geom("floor").id] = surface
-
-
-def _columns(batch: Batch) -> Columns:
-    def offset(name: str) -> int:
-        view, state = batch.bind(name), batch.state
-        return (view.ctypes.data - state.ctypes.data) // state.itemsize
-
-    return Columns.of(batch.model, offset("qpos"), offset("qvel"), offset("ctrl"))

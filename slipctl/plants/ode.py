@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.pairs import pair
 from slipctl.plants.ending import judged
 from slipctl.theory.robot import WheelGeometry
 from slipctl.theory.slip import SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Motion, SpeedCommand, Start, WheelContact
+from slipctl.tick import Array, BodyPose, Motion, Slip, SpeedCommand, Start, WheelContact
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class OdeState:
         [m].
     heading, forward_speed : (N,) arrays
         θ [rad] and v [m/s].
+    heading_vector : (N, 2) array
+        Cosine and sine of θ.
     yaw_rate : (N,) array
         The w in force before this instant [rad/s].
     wheel_angle : (N, 2) array
@@ -36,6 +39,7 @@ class OdeState:
     time: float
     position: Array
     heading: Array
+    heading_vector: Array
     forward_speed: Array
     yaw_rate: Array
     wheel_angle: Array
@@ -66,23 +70,24 @@ class KinematicOde:
         """Return the planned state; slip acts from the first instant."""
         return OdeState(
             time=0.0,
-            position=start.position.copy(),
+            position=np.array(start.position, order="F"),
             heading=start.heading.copy(),
+            heading_vector=pair(np.cos(start.heading), np.sin(start.heading)),
             forward_speed=start.forward_speed.copy(),
             yaw_rate=start.yaw_rate.copy(),
-            wheel_angle=np.zeros_like(start.position),
+            wheel_angle=np.zeros(start.position.shape, order="F"),
             status=np.zeros(len(start.heading), dtype=np.int8),
         )
 
     def observe(self, state: OdeState) -> Motion:
         """Return the motion at the state's instant, before a new command takes force."""
         slip = self.slip_law.affine(state.time).at(state.forward_speed)
-        cosine, sine = np.cos(state.heading), np.sin(state.heading)
+        cosine, sine = state.heading_vector[:, 0], state.heading_vector[:, 1]
         velocity = slipping_velocity(state.forward_speed, slip, cosine, sine)
         return Motion(
             position=state.position,
-            velocity=np.stack(velocity, axis=-1),
-            heading_vector=np.stack([cosine, sine], axis=-1),
+            velocity=pair(*velocity),
+            heading_vector=state.heading_vector,
             heading_rate=state.yaw_rate + slip.yaw,
             wheel_rate=self.geometry.wheel_rates(state.forward_speed, state.yaw_rate),
             wheel_angle=state.wheel_angle,
@@ -104,25 +109,36 @@ class KinematicOde:
         rate = (command.forward_speed - state.forward_speed) / tick
         turn = command.yaw_rate
 
-        def derivative(elapsed: float, heading: Array) -> tuple[Array, Array, Array]:
+        def driven(elapsed: float) -> tuple[Array, Slip]:
             speed = state.forward_speed + rate * elapsed
-            slip = self.slip_law.affine(state.time + elapsed).at(speed)
-            x_rate, y_rate = slipping_velocity(speed, slip, np.cos(heading), np.sin(heading))
-            return x_rate, y_rate, turn + slip.yaw
+            return speed, self.slip_law.affine(state.time + elapsed).at(speed)
 
-        # position does not feed back, so the stages need the heading only
+        # Neither position nor heading feeds back on speed and slip, so both stages in the middle have the
+        # same, every heading is known beforehand, and one call turns all of them.
         with np.errstate(over="ignore", invalid="ignore"):
-            x1, y1, h1 = derivative(0.0, state.heading)
-            x2, y2, h2 = derivative(tick / 2.0, state.heading + tick / 2.0 * h1)
-            x3, y3, h3 = derivative(tick / 2.0, state.heading + tick / 2.0 * h2)
-            x4, y4, h4 = derivative(tick, state.heading + tick * h3)
-            moved = np.stack([x1 + 2.0 * x2 + 2.0 * x3 + x4, y1 + 2.0 * y2 + 2.0 * y3 + y4], axis=-1) * (
-                tick / 6.0
+            (v1, s1), (v2, s2), (v4, s4) = driven(0.0), driven(tick / 2.0), driven(tick)
+            h1, h2, h4 = turn + s1.yaw, turn + s2.yaw, turn + s4.yaw
+            first = state.heading
+            last = first + _simpson(h1, h2, h2, h4) * (tick / 6.0)
+            later = np.array((first + tick / 2.0 * h1, first + tick / 2.0 * h2, first + tick * h2, last))
+            cosines, sines = np.cos(later), np.sin(later)
+            slip = Slip(
+                np.array((s1.longitudinal, s2.longitudinal, s2.longitudinal, s4.longitudinal)),
+                np.array((s1.lateral, s2.lateral, s2.lateral, s4.lateral)),
+                np.array((s1.yaw, s2.yaw, s2.yaw, s4.yaw)),
             )
+            x, y = slipping_velocity(
+                np.array((v1, v2, v2, v4)),
+                slip,
+                np.array((state.heading_vector[:, 0], *cosines[:3])),
+                np.array((state.heading_vector[:, 1], *sines[:3])),
+            )
+            moved = pair(_simpson(*x), _simpson(*y)) * (tick / 6.0)
             new = OdeState(
                 time=state.time + tick,
                 position=state.position + moved,
-                heading=state.heading + (h1 + 2.0 * h2 + 2.0 * h3 + h4) * (tick / 6.0),
+                heading=last,
+                heading_vector=pair(cosines[3], sines[3]),
                 # not v + ū₁·tick: the law remembers the speed it commanded, to the last bit
                 forward_speed=command.forward_speed,
                 yaw_rate=turn,
@@ -138,8 +154,13 @@ class KinematicOde:
             time=new.time,
             position=np.where(moves[:, None], new.position, state.position),
             heading=np.where(moves, new.heading, state.heading),
+            heading_vector=np.where(moves[:, None], new.heading_vector, state.heading_vector),
             forward_speed=np.where(moves, new.forward_speed, state.forward_speed),
             yaw_rate=np.where(moves, new.yaw_rate, state.yaw_rate),
             wheel_angle=np.where(moves[:, None], new.wheel_angle, state.wheel_angle),
             status=status,
         )
+
+
+def _simpson(k1: Array, k2: Array, k3: Array, k4: Array) -> Array:
+    return k1 + 2.0 * k2 + 2.0 * k3 + k4

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipctl.pairs import pair
 from slipctl.plants.model import WHEELS
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, BodyPose, Motion, WheelContact
@@ -73,15 +75,26 @@ class Motor:
             limit=np.array(limits),
         )
 
+    @cached_property
+    def servo(self) -> bool:
+        """Whether the motors are told a wheel rate; else a torque."""
+        return bool((self.damping != 0.0).all())
+
     def acted(self, sensed: Array, command: Array, wheel_rate: Array) -> Array:
-        """Return the torque (N, 2) that acted over a physics step [N·m].
+        """Return the torque that acted over a physics step [N·m], all arrays (2, N).
 
         The sensor reads the torque at the step's beginning; the implicit integrator applies the one at its
         end, unless the limit held it. The difference, kv·step·(wheel acceleration), is a quarter of what
         speeds a Magellan Pro up.
         """
-        at_end = np.clip(self.gain * command + self.damping * wheel_rate, -self.limit, self.limit)
-        return np.where(np.abs(sensed) < self.limit, at_end, sensed)
+        gain, damping, limit = self._upright
+        driven = gain * command + damping * wheel_rate
+        at_end = np.minimum(np.maximum(driven, -limit), limit)
+        return np.where(np.abs(sensed) < limit, at_end, sensed)
+
+    @cached_property
+    def _upright(self) -> tuple[Array, Array, Array]:
+        return self.gain[:, None], self.damping[:, None], self.limit[:, None]
 
 
 @dataclass(frozen=True)
@@ -94,11 +107,11 @@ class Columns:
         Of the base: x, y, z [m]; w, x, y, z; world x and y rates [m/s].
     yaw_rate : int
         About the body's own vertical [rad/s].
-    wheel_angle, wheel_rate : list of int
+    wheel_angle, wheel_rate : slice
         Left, right [rad], [rad/s].
     force : list of slice
         Sensors: force of the floor on the left, right wheel, world x, y, z [N].
-    torque : list of int
+    torque : slice
         Sensors: left, right [N·m].
     forward : slice
         Sensors: world x, y of the body's forward axis at the instant of the forces.
@@ -111,17 +124,23 @@ class Columns:
     quaternion: slice
     velocity: slice
     yaw_rate: int
-    wheel_angle: list[int]
-    wheel_rate: list[int]
+    wheel_angle: slice
+    wheel_rate: slice
     force: list[slice]
-    torque: list[int]
+    torque: slice
     forward: slice
     control: slice
     motor: Motor
 
     @classmethod
-    def of(cls, model: Any, qpos: int, qvel: int, ctrl: int) -> Columns:
-        """Return the columns for an ``MjModel`` whose positions and velocities start at those columns."""
+    def of(cls, batch: Any) -> Columns:
+        """Return the columns of a ``mujoco.batch.Batch``."""
+
+        def offset(name: str) -> int:
+            view, state = batch.bind(name), batch.state
+            return (view.ctypes.data - state.ctypes.data) // state.itemsize
+
+        model, qpos, qvel, ctrl = batch.model, offset("qpos"), offset("qvel"), offset("ctrl")
         root = model.body("base").jntadr[0]
         q, v = qpos + int(model.jnt_qposadr[root]), qvel + int(model.jnt_dofadr[root])
         axles = [model.joint(f"{side}_axle") for side in WHEELS]
@@ -132,10 +151,10 @@ class Columns:
             quaternion=slice(q + 3, q + 7),
             velocity=slice(v, v + 2),
             yaw_rate=v + 5,
-            wheel_angle=[qpos + int(axle.qposadr[0]) for axle in axles],
-            wheel_rate=[qvel + int(axle.dofadr[0]) for axle in axles],
+            wheel_angle=_two(*(qpos + int(axle.qposadr[0]) for axle in axles)),
+            wheel_rate=_two(*(qvel + int(axle.dofadr[0]) for axle in axles)),
             force=[slice(adr, adr + 3) for adr in forces],
-            torque=[int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS],
+            torque=_two(*(int(model.sensor(f"{side}_wheel_torque").adr[0]) for side in WHEELS)),
             forward=slice(forward, forward + 2),
             control=slice(ctrl, ctrl + 2),
             motor=Motor.of(model),
@@ -168,17 +187,28 @@ class Columns:
 
     def contact(self, rows: Array, sensors: Array, friction: Array) -> WheelContact:
         """Return what the sensors say of the wheels on ground of a friction (N, 2)."""
-        forward = unit(sensors[:, self.forward.start], sensors[:, self.forward.start + 1])
-        force = np.stack([sensors[:, part] for part in self.force], axis=1)
-        x, y, normal = force[..., 0], force[..., 1], force[..., 2]
-        cosine, sine = forward[:, :1], forward[:, 1:]
+        told = sensors.T[self.told]
+        x, y, normal, (c, s) = told[0:2], told[2:4], told[4:6], told[6:8]
+        length = np.sqrt(c * c + s * s)
+        length[length == 0.0] = 1.0
+        c, s = c / length, s / length
         tangential = np.sqrt(x * x + y * y)
         return WheelContact(
-            torque=self.motor.acted(sensors[:, self.torque], rows[:, self.control], rows[:, self.wheel_rate]),
-            normal_force=normal,
-            longitudinal_force=cosine * x + sine * y,
-            lateral_force=cosine * y - sine * x,
-            sliding=tangential > SLIDING_SHARE * friction * normal,
+            torque=self.motor.acted(told[8:10], rows.T[self.control], rows.T[self.wheel_rate]).T,
+            normal_force=normal.T,
+            longitudinal_force=(c * x + s * y).T,
+            lateral_force=(c * y - s * x).T,
+            sliding=(tangential > SLIDING_SHARE * friction.T * normal).T,
+        )
+
+    @cached_property
+    def told(self) -> NDArray[np.intp]:
+        """Readings of a contact: x, y and z of both forces, left and right; forward x, y; both torques."""
+        left, right = (force.start for force in self.force)
+        forces = [first + axis for axis in range(3) for first in (left, right)]
+        torque = self.torque.start
+        return np.array(
+            [*forces, self.forward.start, self.forward.start + 1, torque, torque + self.torque.step]
         )
 
     def upright(self, rows: Array) -> Array:
@@ -192,10 +222,16 @@ class Columns:
         return np.sqrt(x * x + y * y)
 
 
+def _two(left: int, right: int) -> slice:
+    """Return both columns, left first, as a view: a list of two would be copied at every tick."""
+    step = right - left
+    return slice(left, right + step if right + step >= 0 else None, step)
+
+
 def unit(x: Array, y: Array) -> Array:
     """Return the vectors (x, y), (N,) each, as (N, 2) of length one; zero stays zero."""
     length = np.sqrt(x * x + y * y)
-    return np.stack([x, y], axis=-1) / np.where(length > 0.0, length, 1.0)[:, None]
+    return pair(x, y) / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 def ahead(motion: Motion, time: float) -> tuple[Array, Array]:

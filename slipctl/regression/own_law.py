@@ -175,7 +175,7 @@ def _of_law(result: experiment.Result, label: str) -> experiment.Result:
     metrics = result.metrics.filter(pa.array([name == label for name in labels]))
     own = np.isin(result.signals["run"].to_numpy(), metrics["run"].to_numpy())
     signals = result.signals.filter(pa.array(own))
-    return replace(result, metrics=metrics, signals=signals)
+    return replace(result, metrics=metrics, in_memory=signals)
 
 
 def _claimed(

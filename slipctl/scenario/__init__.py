@@ -13,11 +13,12 @@ from slipctl.scenario.controllers import (
     RobustDynamic,
     RobustKinematic,
 )
+from slipctl.scenario.expand import Grid, World, given, reread, worlds
 from slipctl.scenario.expect import Below, BelowBound, Better, Claim, Guarantee, StatusIs
 from slipctl.scenario.floor import Bumps, Change, Disc, Disturbance, Patch, Rectangle, Stripes, Terrain, Waves
 from slipctl.scenario.identity import canonical, dump, scenario_id
 from slipctl.scenario.json_schema import json_schema
-from slipctl.scenario.loading import World, load, read, worlds
+from slipctl.scenario.loading import load, read
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.override import override, sweep_over
 from slipctl.scenario.own_robot import is_path
@@ -44,6 +45,7 @@ __all__ = [
     "Disturbance",
     "DynamicOde",
     "FigureEight",
+    "Grid",
     "Ground",
     "Guarantee",
     "KinematicOde",
@@ -78,11 +80,13 @@ __all__ = [
     "World",
     "canonical",
     "dump",
+    "given",
     "is_path",
     "json_schema",
     "load",
     "override",
     "read",
+    "reread",
     "scenario_id",
     "sweep_over",
     "template",

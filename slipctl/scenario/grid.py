@@ -16,7 +16,7 @@ from slipctl.scenario.values import controllers, entries
 EVERY = "*"
 """In place of a label: the key of every listed controller, all at the same value."""
 
-RUN_LIMIT = 100_000
+RUN_LIMIT = 1_000_000
 """Largest number of runs (worlds times controllers) of one grid."""
 
 

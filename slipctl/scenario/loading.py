@@ -1,8 +1,7 @@
 """Finding, reading and refusing scenario files."""
 
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,25 +19,6 @@ from slipctl.scenario.problems import Problem, ScenarioError, nearest
 
 _PROBLEM_LIMIT = 50
 """Problems listed of one grid; more are the same again and again."""
-
-
-@dataclass(frozen=True)
-class World:
-    """One world of a grid.
-
-    Attributes
-    ----------
-    varied
-        Swept dotted keys with this world's values, in the order of the sweep; empty without a sweep.
-    scenario
-        The scenario with these values in place and no sweep.
-    seed
-        The world's seed.
-    """
-
-    varied: dict[str, float | int]
-    scenario: Scenario
-    seed: int
 
 
 def load(source: str | Path) -> Scenario:
@@ -100,9 +80,9 @@ def _with_whole_paths(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]
     return {**raw, "slip": {**raw["slip"], "file": str((folder / file).absolute())}}
 
 
-def _validate(tables: Mapping[str, Any]) -> tuple[Scenario | None, list[Problem]]:
+def _validate(tables: Mapping[str, Any], judge_rules: bool = True) -> tuple[Scenario | None, list[Problem]]:
     """Make the scenario of some tables, or tell everything that is wrong with them but for the sweep."""
-    rules = rule_problems(tables)
+    rules = rule_problems(tables) if judge_rules else []
     try:
         scenario = Scenario.model_validate(tables)
     except ValidationError as error:
@@ -112,29 +92,28 @@ def _validate(tables: Mapping[str, Any]) -> tuple[Scenario | None, list[Problem]
 
 def _grid_problems(tables: Mapping[str, Any], axes: Sequence[Axis]) -> list[Problem]:
     problems: dict[Problem, None] = {}
-    for values in variations(axes) if axes else ():
-        _, wrong = _validate(with_values(tables, values))
+    for values, rules in _judged(axes):
+        _, wrong = _validate(with_values(tables, values), rules)
         problems.update((Place(values).blame(problem), None) for problem in wrong)
         if len(problems) > _PROBLEM_LIMIT:
             return [*problems, Problem("sweep", "more of these", "a grid whose every world is valid")]
     return list(problems)
 
 
+def _judged(axes: Sequence[Axis]) -> Iterator[tuple[dict[str, float | int], bool]]:
+    """Yield the worlds to be looked at, and whether the rules between keys are to be judged.
+
+    No rule looks at the seed: it is judged once per value and not in every combination with the others.
+    """
+    others, seeds = ([axis for axis in axes if (axis.key == "seed") == is_seed] for is_seed in (False, True))
+    if others:
+        yield from ((values, True) for values in variations(others))
+    yield from ((values, False) for seed in seeds for values in variations([seed]))
+
+
 def tables_of(scenario: Scenario) -> dict[str, Any]:
     """Give the keys that a scenario was given as tables, without its sweep and its claims."""
     return scenario.model_dump(exclude_unset=True, exclude={"sweep", "expect"})
-
-
-def worlds(scenario: Scenario) -> list[World]:
-    """Worlds of a scenario's grid, the first swept key slowest; one world where there is no sweep."""
-    if not scenario.sweep:
-        return [World({}, scenario, scenario.seed)]
-    tables = tables_of(scenario)
-    result = []
-    for values in variations(scenario.sweep):
-        world = Scenario.model_validate(with_values(tables, values))
-        result.append(World(values, world, world.seed))
-    return result
 
 
 def sweep_table(axes: Sequence[Axis]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipctl.pairs import pair
 from slipctl.theory.flatness import invert_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, Slip
@@ -31,7 +32,7 @@ def drift(forward_speed: Array, yaw_rate: Array, acceleration: Array, cosine: Ar
     """
     along = -forward_speed * yaw_rate * yaw_rate
     across = 2.0 * yaw_rate * acceleration
-    return np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
+    return pair(along * cosine - across * sine, along * sine + across * cosine)
 
 
 def invert_dynamics(
@@ -150,14 +151,13 @@ class Inertia:
         push = self.effective_mass * acceleration
         turn = self.effective_yaw_inertia * yaw_acceleration / self.geometry.half_track
         half = self.geometry.wheel_radius / 2.0
-        left = half * (push - turn) + self.joint_friction * np.sign(wheel_rate[..., 0])
-        right = half * (push + turn) + self.joint_friction * np.sign(wheel_rate[..., 1])
-        return np.stack([left, right], axis=-1)
+        rub = self.joint_friction * np.sign(wheel_rate)
+        return pair(half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1])
 
     def accelerations(self, torque: Array, wheel_rate: Array) -> tuple[Array, Array]:
         """Return (μ₁, μ₂) of wheel torques (N, 2), left and right [N·m], (21); the inverse of `torques`."""
-        left = torque[..., 0] - self.joint_friction * np.sign(wheel_rate[..., 0])
-        right = torque[..., 1] - self.joint_friction * np.sign(wheel_rate[..., 1])
+        drive = torque - self.joint_friction * np.sign(wheel_rate)
+        left, right = drive[..., 0], drive[..., 1]
         radius = self.geometry.wheel_radius
         return (
             (left + right) / (radius * self.effective_mass),

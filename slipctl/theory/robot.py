@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from slipctl.pairs import pair
 from slipctl.tick import Array
 
 GRAVITY = 9.81
@@ -30,8 +29,8 @@ class WheelGeometry:
     def wheel_rates(self, forward_speed: Array, yaw_rate: Array) -> Array:
         """Return wheel rates (N, 2), left and right [rad/s], of v (N,) [m/s] and w (N,) [rad/s]."""
         sweep = self.half_track * yaw_rate
-        rims = (forward_speed - sweep), (forward_speed + sweep)
-        return np.stack([rim / self.wheel_radius for rim in rims], axis=-1)
+        left, right = forward_speed - sweep, forward_speed + sweep
+        return pair(left / self.wheel_radius, right / self.wheel_radius)
 
     def body_rates(self, wheel_rate: Array) -> tuple[Array, Array]:
         """Return v (N,) [m/s] and w (N,) [rad/s] of wheel rates (N, 2), left and right [rad/s]."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,9 +58,14 @@ def lyapunov_matrix(gains: Array) -> Array:
     (order, order) array
         Symmetric, positive definite.
     """
+    return _solved(*(float(gain) for gain in gains)).copy()
+
+
+@lru_cache(maxsize=256)
+def _solved(*gains: float) -> Array:
     order = len(gains)
     closed_loop = np.eye(order, k=1)
-    closed_loop[-1] = -np.asarray(gains)
+    closed_loop[-1] = -np.array(gains)
     solution = solve_continuous_lyapunov(closed_loop.T, -np.eye(order))
     return (solution + solution.T) / 2.0
 
@@ -80,7 +86,7 @@ def corrective_input(weighted_error: Array, robust_gain: Array, boundary_layer: 
         [m/s²]; zero where JᵀPe = 0.
     """
     divisor = np.maximum(norm(weighted_error), boundary_layer)
-    scale = np.divide(robust_gain, divisor, out=np.zeros_like(divisor), where=divisor > 0.0)
+    scale = np.divide(robust_gain, divisor, out=np.zeros(divisor.shape), where=divisor > 0.0)
     return -scale[:, None] * weighted_error
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,19 +83,23 @@ class ProportionalDynamicBound:
 
     slip_bound: Array
 
-    def __call__(self, state: DynamicState) -> Array:
-        """Return ρ (N,) [m/s³]."""
+    @cached_property
+    def _constants(self) -> tuple[Array, Array, Array]:
+        """Return kb, n₂₂ and q, which depend on α alone."""
         a = self.slip_bound
-        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
         kb = a / (1.0 - a)
-        yaw_slip = a * speed
-        turn_bound = turn + yaw_slip
-        speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
         # the worse sign of v_t: for q it is negative ((q/a)² of the other is less by 8a³/(1 − a²)²), for what
         # multiplies 2wμ₁ positive (a(1 + 2a)/(1 + a) against a(1 − 2a)/(1 − a))
         rest = 1.0 - 2.0 * a
-        q = kb * np.sqrt(1.0 + rest * rest)
-        n22 = a + a * a / (1.0 + a)
+        return kb, a + a * a / (1.0 + a), kb * np.sqrt(1.0 + rest * rest)
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        a, (kb, n22, q) = self.slip_bound, self._constants
+        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
+        yaw_slip = a * speed
+        turn_bound = turn + yaw_slip
+        speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
         squared = turn_bound * turn_bound
         along = (
             a * speed_rate * turn_bound

@@ -175,7 +175,7 @@ class SeriesSlip:
 
 
 def _none(like: Array) -> Slip:
-    zero = np.zeros_like(like)
+    zero = np.zeros(like.shape)
     return Slip(zero, zero, zero)
 
 

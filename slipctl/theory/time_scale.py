@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipctl.pairs import pair
 from slipctl.theory.reference import Plan
 from slipctl.tick import Array, PathTime, Reference
 
@@ -113,8 +114,10 @@ def path_velocity(
     along = cosine * measured[:, 0] + sine * measured[:, 1]
     left = cosine * measured[:, 1] - sine * measured[:, 0]
     known = tells & (path_speed > 0.0)
-    share = np.stack([along, left], axis=-1) / np.where(known, path_speed, 1.0)[:, None]
+    if known.all():
+        return measured, pair(along, left) / path_speed[:, None]
+    share = pair(along, left) / np.where(known, path_speed, 1.0)[:, None]
     ratio = np.where(known[:, None], share, ratio)
     along, left = ratio[:, 0] * path_speed, ratio[:, 1] * path_speed
-    held = np.stack([cosine * along - sine * left, sine * along + cosine * left], axis=-1)
+    held = pair(cosine * along - sine * left, sine * along + cosine * left)
     return np.where(tells[:, None], measured, held), ratio

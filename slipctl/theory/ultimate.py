@@ -7,6 +7,7 @@ attained with x and y in one direction.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def level_set(weights: Array, boundary_layer: float, robust_gain: float) -> floa
     boundary_layer, robust_gain : float
         ε, and the supremum of ρ.
     """
-    return float(np.linalg.eigvalsh(weights)[-1]) * boundary_layer * robust_gain / 2.0
+    return _shape(weights.tobytes(), len(weights))[0] * boundary_layer * robust_gain / 2.0
 
 
 def tight_level_set(weights: Array, boundary_layer: float, robust_gain: float) -> float:
@@ -45,42 +46,88 @@ def tight_level_set(weights: Array, boundary_layer: float, robust_gain: float) -
     weights, boundary_layer, robust_gain
         As in `level_set`.
     """
-    if boundary_layer <= 0.0 or robust_gain <= 0.0:
-        return 0.0
-    row = weights[-1]
-    squared = float(np.sum(row * row))
-    # e = (‖w‖/|row|²) row + rest, and the rest lies across the row
-    across = np.linalg.svd(row[None, :])[2][1:]
-    form, turned = np.linalg.eigh(across @ weights @ across.T)
-    slope = turned.T @ (across @ weights @ row) / squared
-    own = float(row @ weights @ row) / squared**2
+    return float(tight_level_sets(weights, np.array([boundary_layer]), np.array([robust_gain]))[0])
+
+
+def tight_level_sets(weights: Array, boundary_layer: Array, robust_gain: Array) -> Array:
+    """Return `tight_level_set` of many worlds (N,) that share their weights, each as if it were alone.
+
+    Parameters
+    ----------
+    weights : (order, order) array
+        P of one axis.
+    boundary_layer, robust_gain : (N,) arrays
+        ε, and the suprema of ρ, all finite.
+    """
+    own, form, slope, squared = _across(weights.tobytes(), len(weights))
+    some = (boundary_layer > 0.0) & (robust_gain > 0.0)
+    layer, gain = np.where(some, boundary_layer, 1.0)[:, None], robust_gain[:, None]
 
     def largest(length: Array) -> Array:
-        allowed = 2.0 * robust_gain * (length - length * length / boundary_layer)
+        allowed = 2.0 * gain * (length - length * length / layer)
         radius = np.sqrt(np.maximum(allowed - length * length / squared, 0.0))
-        linear = slope[:, None] * length
-        low = np.full_like(length, form[-1])
-        high = form[-1] + np.sqrt(np.sum(linear * linear, axis=0)) / np.maximum(radius, 1e-12)
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2.0
-            pull = np.sum((linear / np.maximum(middle - form[:, None], 1e-300)) ** 2, axis=0)
-            low, high = np.where(pull > radius**2, middle, low), np.where(pull > radius**2, high, middle)
-        rest = high * radius**2 + np.sum(linear**2 / np.maximum(high - form[:, None], 1e-300), axis=0)
+        linear = slope[:, None, None] * length
+        multiplier = _multiplier(form[:, None, None], linear, radius)
+        gap = np.maximum(multiplier - form[:, None, None], 1e-300)
+        rest = multiplier * radius**2 + np.sum(linear**2 / gap, axis=0)
         return np.where(radius > 0.0, own * length * length + rest, 0.0)
 
-    lower, upper, best = 0.0, boundary_layer, 0.0
+    worlds = np.arange(len(layer))
+    lower, upper, best = np.zeros_like(layer), layer, np.zeros(len(layer))
     for _ in range(ZOOMS):
-        lengths = np.linspace(lower, upper, GRID)
+        lengths = np.arange(GRID) * ((upper - lower) / (GRID - 1)) + lower
+        lengths[:, -1:] = upper
         values = largest(lengths)
-        index = int(np.argmax(values))
-        best = max(best, float(values[index]))
-        lower, upper = float(lengths[max(index - 1, 0)]), float(lengths[min(index + 1, GRID - 1)])
-    return best
+        index = np.argmax(values, axis=1)
+        best = np.maximum(best, values[worlds, index])
+        lower = lengths[worlds, np.maximum(index - 1, 0)][:, None]
+        upper = lengths[worlds, np.minimum(index + 1, GRID - 1)][:, None]
+    return np.where(some, best, 0.0)
+
+
+def _multiplier(form: Array, linear: Array, radius: Array) -> Array:
+    """Return the Lagrange multiplier at which the pull has the length of the radius, from above.
+
+    With one direction across there is nothing to search for.
+    """
+    high = form[-1] + np.sqrt(np.sum(linear * linear, axis=0)) / np.maximum(radius, 1e-12)
+    if len(form) == 1:
+        return high
+    low, squared = np.full_like(high, form[-1].item()), radius**2
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        more = np.sum((linear / np.maximum(middle - form, 1e-300)) ** 2, axis=0) > squared
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return high
+
+
+@lru_cache(maxsize=256)
+def _across(weights: bytes, order: int) -> tuple[float, Array, Array, float]:
+    """Return what P does to e = (‖w‖/|row|²) row + rest, where the rest lies across P's last row.
+
+    That is the form of the first part, the eigenvalues of the form of the rest (order − 1,), the coupling of
+    both in the same axes (order − 1,), and |row|².
+    """
+    matrix = np.frombuffer(weights).reshape(order, order)
+    row = matrix[-1]
+    squared = float(np.sum(row * row))
+    across = np.linalg.svd(row[None, :])[2][1:]
+    form, turned = np.linalg.eigh(across @ matrix @ across.T)
+    slope = turned.T @ (across @ matrix @ row) / squared
+    return float(row @ matrix @ row) / squared**2, form, slope, squared
+
+
+@lru_cache(maxsize=256)
+def _shape(weights: bytes, order: int) -> tuple[float, float, float]:
+    """Return λ_max(P), (P⁻¹)₁₁ and the time constant of the surface JᵀPe = 0 [s]."""
+    matrix = np.frombuffer(weights).reshape(order, order)
+    slowest = float(np.max(np.roots(matrix[-1][::-1]).real))
+    return float(np.linalg.eigvalsh(matrix)[-1]), float(np.linalg.inv(matrix)[0, 0]), 1.0 / -slowest
 
 
 def position_bound(weights: Array, level: float) -> float:
     """Return the largest |e₁| [m] of a level set V ≤ `level`: √(level (P⁻¹)₁₁)."""
-    return math.sqrt(level * float(np.linalg.inv(weights)[0, 0]))
+    return math.sqrt(level * _shape(weights.tobytes(), len(weights))[1])
 
 
 def small_gain(gains: Array, weights: Array) -> float:
@@ -123,4 +170,4 @@ def time_constant(weights: Array) -> float:
     weights : (order, order) array
         P of one axis.
     """
-    return 1.0 / float(-np.max(np.roots(weights[-1][::-1]).real))
+    return _shape(weights.tobytes(), len(weights))[2]

@@ -41,7 +41,7 @@ def write_all(
         Where ``world.file`` is written.
     signals : pyarrow.Table or Path
         The signals of all runs, or the Parquet file that holds them (then only one world's rows are in
-        memory at a time; it is fast where every run is a row group).
+        memory at a time; it is fast where a row group holds few runs).
     worlds : sequence of WorldRecording
         What to write.
     shapes : sequence of Shape or None

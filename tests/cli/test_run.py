@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from slipctl.cli import main
+from slipctl.experiment import Interrupted
+from slipctl.scenario import given, load, scenario_id
 from tests.fakes import SHORT_SCENARIO, FakeResult, payload, run_entry
 
 RUNS = [run_entry("nominal_kinematic"), run_entry("robust_kinematic", rms=0.0004, status="tipped")]
@@ -86,6 +88,18 @@ def test_sweep_takes_several_grids(engine):
         (["run", "frictionsweep"], 'did you mean "friction-sweep"'),
         (["run", "no/such/file.toml"], "no such file"),
         (["run", "friction-sweep", "--record", "best"], "'best'"),
+        (["run", "friction-sweep", "--signals", "some"], "'some'"),
+        (["run", "friction-sweep", "--workers", "0"], "--workers"),
+        (["run", "no-such-run", "--world", "1"], "nor a shipped scenario"),
+        (["run", ".", "--world", "1"], "no run folder"),
+        (["sweep"], "FILE|NAME"),
+        (["sweep", "friction-sweep", "--workers", "2", "--dask", "tcp://host:1"], "--workers and --dask"),
+        (["sweep", "friction-sweep", "--resume", "runs/x"], "FILE|NAME: not with --resume"),
+        (["sweep", "--resume", "no/such/folder"], "no run folder"),
+        (
+            ["sweep", "--resume", "runs/x", "--record", "all", "--out", "y"],
+            "--out, --record: not with --resume",
+        ),
         (["run", "friction-sweep", "--threads", "0"], "--threads"),
         (["run", "friction-sweep", "--threads", "two"], "--threads"),
         (["run", "friction-sweep", "--recrod", "all"], "--record"),
@@ -126,10 +140,70 @@ def test_an_output_folder_that_cannot_be_written_is_exit_2(tmp_path, capsys):
     assert "Traceback" not in err
 
 
-def test_an_interrupted_run_says_where_the_finished_runs_are(engine, capsys):
-    engine.answer = FakeResult(payload(RUNS), Path("runs/friction-sweep"), interrupted=True)
+def test_an_interrupted_run_says_where_the_finished_worlds_are_and_how_to_go_on(engine, capsys):
+    engine.answer = Interrupted(Path("runs/friction-sweep.unfinished"), 64, 200)
     assert main(["run", "friction-sweep", "--json"]) == 130
-    assert capsys.readouterr() == ("", "interrupted; the 2 finished runs are in runs/friction-sweep\n")
+    assert capsys.readouterr() == (
+        "",
+        "interrupted; 64 of 200 worlds are kept in runs/friction-sweep.unfinished\n"
+        "go on: slipctl sweep --resume runs/friction-sweep.unfinished\n",
+    )
+
+
+def test_options_of_a_sweep_reach_the_engine(engine):
+    assert main(["sweep", "friction-sweep", "--signals", "sampled", "--dask", "tcp://host:8786"]) == 0
+    options = engine.calls[0][1]
+    assert (options["signals"], options["dask"], options["workers"]) == ("sampled", "tcp://host:8786", 1)
+    assert options["keep_going"]
+    assert options["worlds"] is None
+    assert main(["sweep", "friction-sweep", "--workers", "3", "--record", "failed", "--world", "7"]) == 0
+    options = engine.calls[1][1]
+    assert (options["workers"], options["record"], options["worlds"]) == (3, "failed", [7])
+
+
+def test_one_world_alone_shows_a_defect_as_what_it_is(engine):
+    assert main(["run", "paper-kinematic"]) == 0
+    assert not engine.calls[0][1]["keep_going"]
+
+
+def test_going_on_gives_the_folder_and_who_is_to_work(engine, capsys, tmp_path, monkeypatch):
+    left = tmp_path / "friction-sweep.unfinished"
+    left.mkdir()
+    scenario = load("friction-sweep")
+    plan = {"scenario_given": given(scenario), "scenario_id": scenario_id(scenario)}
+    (left / "plan.json").write_text(json.dumps(plan), encoding="utf-8")
+    monkeypatch.setattr("slipctl.experiment.resume", engine.run)
+    assert main(["sweep", "--resume", str(left), "--workers", "2", "--json"]) == 0
+    folder, options = engine.calls[0]
+    assert folder == left
+    assert (options["workers"], options["dask"], options["threads"]) == (2, None, None)
+    assert json.loads(capsys.readouterr().out) == payload(RUNS)
+
+
+def test_what_is_kept_and_what_failed_is_said(engine, capsys):
+    failed = {
+        "world": 3,
+        "controller": "robust_kinematic",
+        "varied": {},
+        "seed": 0,
+        "failure": "ValueError: no",
+    }
+    entry = run_entry("robust_kinematic", rms=None, status="failed")
+    engine.answer = FakeResult(
+        payload([RUNS[0], entry]),
+        Path("runs/x"),
+        signals_note="signals: at most 51 rows of each run",
+        failures=(failed,) * 6,
+    )
+    assert main(["sweep", "friction-sweep"]) == 0
+    out, err = capsys.readouterr()
+    assert "2 recordings: one per world · signals: at most 51 rows of each run · runs/x" in out
+    assert err.splitlines()[:3] == [
+        "1 of 2 runs ended early: 1 failed",
+        "world 3 (robust_kinematic) failed: ValueError: no",
+        "  run it again, with a recording: slipctl run runs/x --world 3",
+    ]
+    assert err.splitlines()[-1] == "and 1 more, listed under failures in runs/x/manifest.json"
 
 
 def test_an_interruption_before_the_first_run_leaves_nothing(engine, capsys):

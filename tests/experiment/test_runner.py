@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from slipctl import scenario as files
-from slipctl.experiment import run
-from slipctl.experiment.batch import Run
+from slipctl.experiment import resume, run
 from slipctl.experiment.folder import OutputError
 from slipctl.experiment.record import RecordChoiceError, worlds_to_record
 from slipctl.guarantee import METRIC_UNITS
@@ -99,7 +98,7 @@ def test_bytes_do_not_depend_on_batches_or_threads(tables, tmp_path, monkeypatch
     whole = parquet_bytes(folder_of(small(**tables), tmp_path, threads=1))
     assert set(whole) == {"metrics.parquet", "signals.parquet"}
     for largest, threads in ((1, 1), (2, 2), (64, 3)):
-        monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", largest)
+        monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", largest)
         assert parquet_bytes(folder_of(small(**tables), tmp_path, threads=threads)) == whole
 
 
@@ -132,30 +131,32 @@ def test_an_output_folder_that_is_a_file_is_refused(tmp_path):
     assert blocked.read_text() == "mine"
 
 
-def test_a_failure_leaves_nothing_half_written(tmp_path, monkeypatch):
+def test_a_failure_at_the_end_loses_no_chunk(tmp_path, monkeypatch):
     def broken(*arguments):
         raise RuntimeError("planted")
 
-    monkeypatch.setattr("slipctl.experiment.runner.record_worlds", broken)
-    with pytest.raises(RuntimeError, match="planted"):
-        run(small(**ODE), out=tmp_path)
-    assert list(tmp_path.iterdir()) == []
+    with monkeypatch.context() as planted:
+        planted.setattr("slipctl.experiment.conclude.record_worlds", broken)
+        with pytest.raises(RuntimeError, match="planted"):
+            run(small(**ODE), out=tmp_path)
+    (left,) = tmp_path.iterdir()
+    assert left.name == "small.unfinished"
+    assert resume(left).folder == tmp_path / "small"
+    assert [path.name for path in tmp_path.iterdir()] == ["small"]
 
 
-def test_ctrl_c_keeps_what_has_finished(tmp_path, monkeypatch):
-    monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", 1)
+def test_ctrl_c_without_a_folder_keeps_what_has_finished(monkeypatch):
+    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 1)
 
     def stop(done: int, total: int, text: str) -> None:
         if done > total // 2:
             raise KeyboardInterrupt
 
-    result = run(small(**SWEEP), out=tmp_path, record="none", progress=stop)
+    result = run(small(**SWEEP), progress=stop)
     assert result.interrupted
-    assert result.folder is not None
     finished = result.metrics["run"].to_pylist()
     assert finished == list(range(len(finished)))
     assert 0 < len(finished) < 10
-    assert json.loads((result.folder / "manifest.json").read_text())["interrupted"] is True
     whole = run(small(**SWEEP))
     for name in UNITS:
         assert result.metrics[name].to_pylist() == whole.metrics[name].to_pylist()[: len(finished)]
@@ -208,28 +209,32 @@ def test_a_swept_controller_key_reaches_that_controller_only():
 
 
 def test_which_worlds_are_recorded():
-    result = run(small(**ODE, sweep={"slip.longitudinal": [0.0, 0.4, 0.2]}))
-
-    runs = [
-        Run(
-            index=row["run"],
-            world=row["world"],
-            label=row["controller"],
-            kind=row["kind"],
-            status=row["status"],
-            end_time=row["end_time"],
-            metrics={name: row[name] for name in UNITS},
-            guarantee={},
-            signals=result.run_signals(row["run"]),
-        )
-        for row in result.metrics.to_pylist()
-    ]
-    assert worlds_to_record("none", runs, 3)[0] == []
-    assert worlds_to_record("all", runs, 3) == ([0, 1, 2], "3 recordings: one per world")
-    chosen, note = worlds_to_record("worst:2", runs, 3)
+    metrics = run(small(**ODE, sweep={"slip.longitudinal": [0.0, 0.4, 0.2]})).metrics
+    assert worlds_to_record("none", metrics)[0] == []
+    assert worlds_to_record("all", metrics) == ([0, 1, 2], "3 recordings: one per world")
+    chosen, note = worlds_to_record("worst:2", metrics)
     assert chosen == [1, 2]
     assert note.startswith("2 recordings of 3 worlds")
-    runs[0] = replace(runs[0], status="tipped")
-    assert worlds_to_record("worst:1", runs, 3)[0] == [0]
+    assert worlds_to_record("failed", metrics) == ([], "0 recordings of 3 worlds: every run completed")
+    place = metrics.column_names.index("status")
+    for run_index, world in ((0, 0), (5, 2)):
+        statuses = metrics["status"].to_pylist()
+        statuses[run_index] = "tipped"
+        tipped = metrics.set_column(place, metrics.schema.field("status"), pa.array(statuses))
+        assert worlds_to_record("worst:1", tipped)[0] == [world]
+        assert worlds_to_record("failed", tipped) == (
+            [world],
+            "1 recording of 3 worlds: those that did not complete",
+        )
     with pytest.raises(RecordChoiceError, match="worst:N"):
-        worlds_to_record("wurst:1", runs, 3)
+        worlds_to_record("wurst:1", metrics)
+
+
+def test_beyond_a_few_worlds_the_worst_are_recorded():
+    metrics = run(small(**ODE, sweep={"seed": list(range(30))})).metrics
+    chosen, note = worlds_to_record("auto", metrics)
+    assert chosen == list(range(24))  # all are alike: the first ones
+    assert note == (
+        "24 recordings of 30 worlds: those that ended early, then the largest errors (more with record all)"
+    )
+    assert len(worlds_to_record("all", metrics)[0]) == 30

@@ -79,7 +79,7 @@ def test_bytes_do_not_depend_on_batches_or_threads(
 ) -> None:
     whole = parquet_bytes(small(**tables), tmp_path, 1)
     for largest, threads in ((1, 1), (2, 2), (64, 3)):
-        monkeypatch.setattr("slipctl.experiment.runner.LARGEST_BATCH", largest)
+        monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", largest)
         assert parquet_bytes(small(**tables), tmp_path, threads) == whole
 
 

@@ -107,3 +107,14 @@ def test_the_limit_follows_the_bound():
     assert alarm_time(mild) is not None
     assert alarm_time(mild, uncertainty="paper") is None  # |v_t| + |v_s| ≤ 2α|v| lets |σ| reach 2α
     assert alarm_time(mild, lateral_slip_bound=np.array([0.1])) is None
+
+
+@pytest.mark.parametrize("tick", [0.001, 0.01, 0.1])
+def test_low_pass_has_the_same_bits_for_few_worlds_and_for_many(tick):
+    rng = np.random.default_rng(3)
+    values = np.abs(rng.normal(size=(5, 600))) * 10.0 ** rng.uniform(-9.0, 3.0, (5, 600))
+    values[3, 100], values[4, 200] = np.inf, np.nan
+    with np.errstate(invalid="ignore"):
+        many = low_pass(values, tick)
+        alone = np.concatenate([low_pass(values[world : world + 1], tick) for world in range(5)])
+    np.testing.assert_array_equal(alone, many)

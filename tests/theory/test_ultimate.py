@@ -187,3 +187,18 @@ def test_no_admissible_uncertainty_beats_a_bound(pole, order):
         assert ultimate.small_gain(gains, weights) < 1.0
         assert settled.max() <= layer / weights[0, 1]
         assert settled.max() > 0.15 * layer / weights[0, 1]
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_tight_levels_of_many_worlds_are_those_of_each_alone(order):
+    rng = np.random.default_rng(order)
+    _, weights = one_axis(-0.8, order)
+    layers, gains = rng.uniform(0.001, 0.2, 30), rng.uniform(0.01, 4.0, 30)
+    layers[3], gains[5] = 0.0, 0.0
+    together = ultimate.tight_level_sets(weights, layers, gains)
+    alone = [
+        ultimate.tight_level_set(weights, layer, gain) for layer, gain in zip(layers, gains, strict=True)
+    ]
+    assert together.tolist() == alone
+    assert together[3] == together[5] == 0.0
+    assert np.count_nonzero(together) == 28

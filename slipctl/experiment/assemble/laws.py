@@ -78,7 +78,7 @@ def _kinematic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
     controller = RobustKinematic(
         drive=inner,
         gains=gains,
-        weights=np.stack([lyapunov_matrix(row)[:, 1] for row in gains]),
+        weights=np.ascontiguousarray(_lyapunov(gains)[:, :, 1]),
         slip_bound=slip_bound,
         boundary_layer=each("boundary_layer"),
         bound=UNCERTAINTIES[first.uncertainty].bound,
@@ -89,9 +89,15 @@ def _kinematic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
         first.uncertainty,
         boundary_layer=each("boundary_layer"),
         gains=gains,
-        weights=np.stack([lyapunov_matrix(row) for row in gains]),
+        weights=_lyapunov(gains),
     )
     return Law(timed(controller), hypotheses)
+
+
+def _lyapunov(gains: Array) -> Array:
+    """Return the Lyapunov matrix of every row of gains; most worlds have the same, which is solved once."""
+    solved = {key: lyapunov_matrix(np.array(key)) for key in {tuple(row) for row in gains.tolist()}}
+    return np.stack([solved[tuple(row)] for row in gains.tolist()])
 
 
 def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
@@ -117,7 +123,7 @@ def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
     controller = RobustDynamic(
         drive=drive,
         gains=gains,
-        weights=np.stack([lyapunov_matrix(row)[:, 2] for row in gains]),
+        weights=np.ascontiguousarray(_lyapunov(gains)[:, :, 2]),
         boundary_layer=each("boundary_layer"),
         bound=bound,
     )
@@ -128,7 +134,7 @@ def _dynamic(worlds: Sequence[World], index: int, known: Inertia) -> Law:
         first.uncertainty,
         boundary_layer=each("boundary_layer"),
         gains=gains,
-        weights=np.stack([lyapunov_matrix(row) for row in gains]),
+        weights=_lyapunov(gains),
         yaw_slip_bound=each("yaw_slip_bound") if general else None,
         lateral_slip_bound=each("lateral_slip_bound") if general else None,
     )

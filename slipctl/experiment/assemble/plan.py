@@ -16,12 +16,27 @@ from slipctl.tick import Array, Reference, Start
 
 
 def references(worlds: Sequence[World]) -> Reference:
-    """Return the reference of every row, arrays (T + 1, N, 2)."""
+    """Return the reference of every row, arrays (T + 1, N, 2).
+
+    Planned once for all worlds on one path. In memory x of all worlds comes before y, as laws read them.
+    """
     first = worlds[0].scenario
     times = np.arange(tick_count(first) + 1, dtype=np.float64) * first.tick
-    planned = _plan(worlds).at(times)
+    keys = [(world.scenario.reference.model_dump_json(), world.scenario.duration) for world in worlds]
+    firsts = {key: index for index, key in reversed(list(enumerate(keys)))}
+    places = {key: place for place, key in enumerate(firsts)}
+    planned = _plan([worlds[index] for index in firsts.values()]).at(times)
+    own = [places[key] for key in keys]
 
-    return planned.each(lambda array: np.ascontiguousarray(np.swapaxes(array, 0, 1)))
+    def rows(array: Array) -> Array:
+        array = np.moveaxis(array, 0, -1)
+        if len(firsts) == 1:
+            array = np.broadcast_to(np.ascontiguousarray(array), (*array.shape[:-1], len(worlds)))
+        else:
+            array = np.ascontiguousarray(array[..., own])
+        return np.swapaxes(array, 1, -1)
+
+    return planned.each(rows)
 
 
 def _plan(worlds: Sequence[World]) -> plans.Plan:

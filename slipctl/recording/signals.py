@@ -1,27 +1,18 @@
-"""What a simulation leaves behind: columns (worlds, rows), then Arrow tables.
-
-A column's name is its only name: in `signals.parquet`, in Python and as a Rerun entity path.
-"""
+"""Every quantity of the loop that is recorded, and its unit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.guarantee import UNITS as GUARANTEE_UNITS
-from slipctl.simulate import Ending, Row, Sensed
-from slipctl.theory.flatness import flat_to_state
-from slipctl.theory.slip import slip_ratio
+from slipctl.simulate import Row, Sensed
 from slipctl.tick import BodyPose, PathTime, SpeedCommand, TorqueCommand, WheelContact
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 Columns = dict[str, NDArray]
+"""Arrays (worlds, rows) by column name."""
 
 XY = (".x", ".y")
 SIDES = (".left", ".right")
@@ -167,130 +158,3 @@ LAW_COLUMNS = {
 
 PATH_COLUMNS = {"decision.path_speed", "decision.path_velocity.x", "decision.path_velocity.y"}
 """Columns that only laws in the path's own time fill."""
-
-
-@dataclass
-class Recorder:
-    """Collects rows in memory; a simulation's `write`.
-
-    Attributes
-    ----------
-    rows, worlds : int
-        Rows including both ends, and worlds.
-    """
-
-    rows: int
-    worlds: int
-    _slots: list[tuple[Callable[[Row], NDArray | None], NDArray]] = field(default_factory=list)
-    _names: list[Signal] = field(default_factory=list)
-
-    def write(self, k: int, row: Row) -> None:
-        """Keep row `k`."""
-        if k == 0:
-            self._open(row)
-        for read, slot in self._slots:
-            slot[k] = read(row)
-
-    def _open(self, row: Row) -> None:
-        for signal in SIGNALS:
-            value = signal.read(row)
-            if value is not None:
-                self._names.append(signal)
-                # zeros and not NaN: rows after a world's end are never read
-                self._slots.append((signal.read, np.zeros((self.rows, *value.shape), dtype=value.dtype)))
-
-    def columns(self) -> Columns:
-        """Return the recorded signals as contiguous (worlds, rows) arrays, by column name."""
-        columns: Columns = {}
-        for signal, (_, slot) in zip(self._names, self._slots, strict=True):
-            parts = slot[:, :, None] if signal.parts == SCALAR else slot
-            for index, part in enumerate(signal.parts):
-                columns[signal.name + part] = np.ascontiguousarray(parts[:, :, index].T)
-        return columns
-
-
-def with_errors(columns: Columns) -> Columns:
-    """Add what follows from the recorded columns: reference state, heading, slip ratio and errors.
-
-    Parameters
-    ----------
-    columns : dict of (N, T) arrays
-
-    Returns
-    -------
-    dict of (N, T) arrays
-        Heading vectors replaced by `motion.heading` and `sensed.heading`; the position error is the distance
-        to the reference at the same time, cross-track its component along the reference's left normal,
-        heading error wrapped to (−π, π].
-    """
-    columns = dict(columns)
-    # a path that rests has a heading in its own time only
-    stem = "reference.path_" if "reference.path_time" in columns else "reference."
-    velocity, acceleration = _pair(columns, stem + "velocity"), _pair(columns, stem + "acceleration")
-    speed, heading, _, yaw_rate = flat_to_state(velocity, acceleration)
-    rate = columns.get("reference.path_rate", 1.0)
-    columns["reference.heading"] = heading
-    columns["reference.forward_speed"] = speed * rate
-    columns["reference.yaw_rate"] = yaw_rate * rate
-    for seen in ("motion", "sensed") if "sensed.fix" in columns else ("motion",):
-        cosine, sine = columns.pop(f"{seen}.heading_vector.x"), columns.pop(f"{seen}.heading_vector.y")
-        columns[f"{seen}.heading"] = np.arctan2(sine, cosine)
-    columns["slip.ratio"] = slip_ratio(
-        columns["slip.longitudinal"], columns["slip.lateral"], columns["motion.forward_speed"]
-    )
-    x = columns["motion.position.x"] - columns["reference.position.x"]
-    y = columns["motion.position.y"] - columns["reference.position.y"]
-    columns["error.position"] = np.sqrt(x * x + y * y)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        columns["error.cross_track"] = (y * velocity[..., 0] - x * velocity[..., 1]) / speed
-    turn = columns["motion.heading"] - heading
-    columns["error.heading"] = np.arctan2(np.sin(turn), np.cos(turn))
-    return columns
-
-
-def _pair(columns: Columns, stem: str) -> NDArray:
-    return np.stack([columns[f"{stem}.x"], columns[f"{stem}.y"]], axis=-1)
-
-
-def signal_table(run: int, world: int, columns: Columns, ending: Ending, tick: float) -> pa.Table:
-    """Return the rows of one world of a simulation as a table with units in the field metadata.
-
-    Parameters
-    ----------
-    run : int
-        Index of the run, written in the column `run`.
-    world : int
-        Row of the arrays in `columns`.
-    columns : dict of (N, T) arrays
-    ending : Ending
-        Rows after the world's end are left out.
-    tick : float
-        [s].
-
-    Returns
-    -------
-    pyarrow.Table
-        The same schema for every law on a plant: what a law does not have is null. Bodies and contacts are
-        left out where the plant has none.
-    """
-    import pyarrow as pa
-
-    rows = int(ending.last_row[world]) + 1
-    arrays = [pa.array(np.full(rows, run, dtype=np.int32)), pa.array(np.arange(rows) * tick)]
-    fields = [pa.field("run", pa.int32(), metadata={"unit": "1"})]
-    fields.append(pa.field("time", pa.float64(), metadata={"unit": "s"}))
-    for name, unit in UNITS.items():
-        if "decision.acceleration" in columns and name.startswith(FLAT_INPUTS):
-            unit = "m/s³"
-        kind = pa.bool_() if unit == "bool" else pa.float64()
-        if name in columns:
-            # the uncertainty of a tick needs the next row, which the last row does not have
-            mask = np.arange(rows) == rows - 1 if name.startswith("guarantee.") else None
-            array = pa.array(columns[name][world, :rows], type=kind, mask=mask)
-        elif name in LAW_COLUMNS or (name in PATH_COLUMNS and "reference.path_time" in columns):
-            array = pa.nulls(rows, kind)
-        else:
-            continue
-        arrays.append(array)
-        fields.append(pa.field(name, kind, metadata={"unit": unit}))
-    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))

@@ -1,0 +1,100 @@
+"""What is said of a run that has ended: on standard output its results, on standard error what went wrong."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import typer
+
+from slipctl.cli.exits import Exit
+
+if TYPE_CHECKING:
+    from slipctl.experiment import Result
+
+NAMED = 5
+"""Failed runs that are named one by one; all of them stand in the manifest."""
+
+
+def report(result: Result, model: str, json_output: bool, quiet: bool) -> None:
+    """Say what came of a run; ends the command with exit 3 where not a single run could be simulated.
+
+    Parameters
+    ----------
+    result : Result
+    model : str
+        Name of the robot's model.
+    json_output, quiet : bool
+        Whether one JSON object, or nothing, is printed instead of a table.
+    """
+    for note in result.manifest.get("robot_notes", ()):
+        print(f"robot: {note}", file=sys.stderr)
+    _say_ended_early(result)
+    _say_failures(result)
+    if result.failures and len(result.failures) == result.metrics.num_rows:
+        print("no run could be simulated", file=sys.stderr)
+        raise typer.Exit(Exit.NOT_JUDGED)
+    if json_output:
+        _print_json(result)
+    elif not quiet:
+        _show(result, model)
+
+
+def _print_json(result: Result) -> None:
+    """Print the one object run by run: of many runs it would fill the memory."""
+    write = sys.stdout.write
+    write(json.dumps(result.json_head(), allow_nan=False, ensure_ascii=False)[:-1] + ', "runs": [')
+    for index, run in enumerate(result.json_runs()):
+        write((", " if index else "") + json.dumps(run, allow_nan=False, ensure_ascii=False))
+    write("]}\n")
+    sys.stdout.flush()
+
+
+def _show(result: Result, model: str) -> None:
+    from rich.console import Console
+
+    from slipctl.report import many
+    from slipctl.report.certificate import standing_line
+    from slipctl.report.table import results
+
+    console = Console(highlight=False)
+    console.print(result.manifest["scenario"], style="bold", markup=False)
+    if result.manifest.get("worlds", 1) > many.SHOWN:
+        for text in many.lines(result.metrics, result.varied):
+            console.print(text, markup=False, soft_wrap=True)
+    else:
+        payload = result.json()
+        for line in results(payload, result.metrics.column("end_time").to_pylist()):
+            console.print(line, soft_wrap=True)
+    certified = standing_line(result.manifest.get("certified"), model)
+    if certified is not None:
+        console.print(f"\n{certified}", markup=False, soft_wrap=True)
+    notes = [result.recording_note]
+    if not result.signals_note.endswith("every row of every run"):
+        notes.append(result.signals_note)
+    console.print(f"\n{' · '.join([*notes, str(result.folder)])}", markup=False, soft_wrap=True)
+
+
+def _say_ended_early(result: Result) -> None:
+    counts = Counter(result.metrics.column("status").to_pylist())
+    ended = {status: count for status, count in counts.items() if status != "completed"}
+    if ended:
+        parts = ", ".join(f"{count} {status}" for status, count in ended.items())
+        total = result.metrics.num_rows
+        print(f"{sum(ended.values())} of {total} runs ended early: {parts}", file=sys.stderr)
+
+
+def _say_failures(result: Result) -> None:
+    from slipctl.experiment.replay import replay_command
+
+    for failed in result.failures[:NAMED]:
+        where = f"world {failed['world']} ({failed['controller']}) failed: {failed['failure']}"
+        print(where, file=sys.stderr)
+        if result.folder is not None:
+            command = replay_command(result.folder, failed["world"])
+            print(f"  run it again, with a recording: {command}", file=sys.stderr)
+    more = len(result.failures) - NAMED
+    if more > 0:
+        print(f"and {more} more, listed under failures in {result.folder}/manifest.json", file=sys.stderr)

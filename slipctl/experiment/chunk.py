@@ -1,0 +1,154 @@
+"""One chunk of an experiment, simulated: the same function here, in a worker process and on a cluster."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from slipctl.experiment import assemble
+from slipctl.experiment.batch import Run, batches, failed_run, run_batch
+from slipctl.experiment.own import OwnLaws
+from slipctl.experiment.plan import Chunk, Plan
+from slipctl.experiment.rows import run_table
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What every chunk of an experiment needs, made once per process.
+
+    Attributes
+    ----------
+    plan : Plan
+    robot : RobotModel
+    laws : mapping
+        Laws of one's own by label; they run in the process that was given them.
+    """
+
+    plan: Plan
+    robot: assemble.RobotModel
+    laws: OwnLaws = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A finished chunk.
+
+    Attributes
+    ----------
+    chunk : Chunk
+    metrics : pyarrow.Table
+        One row per run, as of `slipctl.experiment.rows.run_table`.
+    signals : tuple of pyarrow.Table
+        Those of the runs that have any, in the order of `metrics`.
+    """
+
+    chunk: Chunk
+    metrics: pa.Table
+    signals: tuple[pa.Table, ...]
+
+
+def simulate_chunk(
+    setup: Setup, chunk: Chunk, threads: int | None = None, progress: Progress | None = None
+) -> Output:
+    """Simulate the worlds of a chunk under every controller.
+
+    Parameters
+    ----------
+    setup : Setup
+    chunk : Chunk
+    threads : int, optional
+        For MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
+    progress : callable, optional
+        Told the number of world-ticks done.
+    """
+    grid, tell = setup.plan.grid, progress or (lambda done: None)
+    runs, done = [], 0
+    for indices in batches(grid, chunk.worlds):
+
+        def within(ticks: int, before: int = done) -> None:
+            tell(before + ticks)
+
+        for finished in _runs(setup, indices, range(len(setup.plan.entrants)), threads, within):
+            runs += finished
+        done += assemble.tick_count(grid[indices[0]].scenario) * len(indices) * len(setup.plan.entrants)
+    runs.sort(key=lambda run: run.index)
+    return output(setup.plan, chunk, runs)
+
+
+def lost(plan: Plan, chunk: Chunk, reason: str) -> Output:
+    """Return what is said of a chunk that could not be simulated: every run of it failed."""
+    runs = [failure for world in chunk.worlds for failure in _failures(plan, [world], reason)]
+    return output(plan, chunk, runs)
+
+
+def output(plan: Plan, chunk: Chunk, runs: Sequence[Run]) -> Output:
+    """Put the runs of a chunk, in order, into tables."""
+    signals = tuple(run.signals for run in runs if run.signals is not None)
+    return Output(chunk, run_table(runs, plan.grid), signals)
+
+
+def _runs(
+    setup: Setup, indices: Sequence[int], positions: Sequence[int], threads: int | None, tell: Progress
+) -> Iterator[list[Run]]:
+    """Yield the runs of a batch; where the simulation raises, find the runs at fault and do the others."""
+    plan, left = setup.plan, list(positions)
+    try:
+        for runs in run_batch(
+            plan.grid,
+            indices,
+            setup.robot,
+            threads or default_threads(len(indices)),
+            tell,
+            setup.laws,
+            signals=plan.signals,
+            positions=positions,
+        ):
+            yield runs
+            left.pop(0)
+        return
+    except Exception as error:
+        if not plan.keep_going:
+            raise
+        reason = _reason(error)
+    half = len(indices) // 2
+    if half:
+        for part in (indices[:half], indices[half:]):
+            yield from _runs(setup, part, left, threads, tell)
+    elif len(left) > 1:
+        for position in left:
+            yield from _runs(setup, indices, [position], threads, tell)
+    else:
+        yield _failures(plan, indices, reason, left)
+
+
+def _failures(
+    plan: Plan, worlds: Sequence[int], reason: str, positions: Sequence[int] | None = None
+) -> list[Run]:
+    count = len(plan.entrants)
+    return [
+        failed_run(world * count + position, world, plan.entrants[position], reason)
+        for world in worlds
+        for position in (range(count) if positions is None else positions)
+    ]
+
+
+def _reason(error: Exception) -> str:
+    """Say on one line what was raised and where."""
+    said = " ".join("".join(traceback.format_exception_only(error)).split())
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return said
+    return f"{said} ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})"
+
+
+def default_threads(worlds: int) -> int:
+    """Return how many threads pay: handing a tick over costs as much as a few worlds' physics."""
+    return max(1, min(os.cpu_count() or 1, worlds // 4))

@@ -1,0 +1,127 @@
+"""The end of an experiment: from chunks, on disk or in memory, to its result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from slipctl.experiment import finish
+from slipctl.experiment.chunk import Output, Setup, simulate_chunk
+from slipctl.experiment.plan import canonical_json
+from slipctl.experiment.record import record_worlds, worlds_to_record
+from slipctl.experiment.result import MANIFEST, METRICS, SIGNALS, Result
+from slipctl.experiment.rows import joined, with_recordings
+from slipctl.experiment.store import Store
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+REPLAYED = "replayed.parquet"
+"""Every row of the worlds to record, where the signals do not hold them; removed afterwards."""
+
+
+def conclude(
+    setup: Setup, manifest: dict[str, Any], store: Store, lost: Mapping[int, Output], began: float
+) -> Result:
+    """Put the results of all chunks beside them, and turn the unfinished folder into the run folder.
+
+    Parameters
+    ----------
+    setup : Setup
+    manifest : dict
+        As of `slipctl.experiment.finish.manifest`.
+    store : Store
+        Holds every chunk but those in `lost`.
+    lost : mapping
+        What is said of the chunks that could not be simulated, by index.
+    began : float
+        `time.monotonic` of the beginning.
+    """
+    plan, folder = setup.plan, store.folder
+    metrics = joined(list(_metrics(setup, store, lost)))
+    if plan.signals != "none":
+        store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store)))
+    chosen, note = worlds_to_record(plan.record, metrics)
+    recordings = _record(setup, store, chosen, metrics, manifest)
+    failed = finish.failures(metrics, plan.grid.keys)
+    metrics = with_recordings(metrics, recordings)
+    store.put(METRICS, lambda file: finish.write_metrics(file, metrics))
+    told = manifest | {
+        "runs": metrics.num_rows,
+        "interrupted": False,
+        "recordings": note,
+        "signals": plan.signals_note,
+        "statuses": dict(finish.statuses(metrics)),
+        "failures": failed,
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "wall_time": round(time.monotonic() - began, 3),
+    }
+    store.put(MANIFEST, lambda file: file.write(canonical_json(told).encode()))
+    target = store.publish(folder.parent, plan.scenario.name)
+    return Result(target, metrics, told, plan.grid.keys, note, plan.signals_note, tuple(failed))
+
+
+def in_memory(setup: Setup, manifest: dict[str, Any], outputs: Sequence[Output], interrupted: bool) -> Result:
+    """Return the result of chunks that are in memory."""
+    import pyarrow as pa
+
+    plan = setup.plan
+    metrics = joined([output.metrics for output in outputs])
+    tables = [table for output in outputs for table in output.signals]
+    failed = finish.failures(metrics, plan.grid.keys)
+    return Result(
+        folder=None,
+        metrics=with_recordings(metrics, {}),
+        manifest=manifest,
+        varied=plan.grid.keys,
+        recording_note="no recordings: nothing was written to disk",
+        signals_note=plan.signals_note,
+        failures=tuple(failed),
+        interrupted=interrupted,
+        in_memory=pa.concat_tables(tables) if tables else None,
+    )
+
+
+def _metrics(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator[pa.Table]:
+    for chunk in setup.plan.chunks():
+        table = lost[chunk.index].metrics if chunk.index in lost else store.metrics(chunk)
+        assert table is not None, f"chunk {chunk.index} is neither there nor lost"
+        yield table
+
+
+def _signals(setup: Setup, store: Store) -> Iterator[pa.Table]:
+    for chunk in setup.plan.chunks():
+        yield from store.signals(chunk)
+
+
+def _record(
+    setup: Setup, store: Store, chosen: Sequence[int], metrics: pa.Table, manifest: dict[str, Any]
+) -> dict[int, str]:
+    for left in store.folder.glob("*.rrd"):  # of an end that was itself interrupted
+        left.unlink()
+    if not chosen:
+        return {}
+    source = store.folder / SIGNALS
+    if setup.plan.signals != "all":
+        source = store.folder / REPLAYED
+        store.put(REPLAYED, lambda file: _replay(file, setup, chosen))
+    try:
+        return record_worlds(store.folder, source, chosen, metrics, setup, manifest)
+    finally:
+        (store.folder / REPLAYED).unlink(missing_ok=True)
+
+
+def _replay(file: Any, setup: Setup, chosen: Sequence[int]) -> None:
+    """Simulate some worlds again, which gives the same numbers, and write every row of them."""
+    # few at a time: every row of a chunk is in memory
+    plan = replace(setup.plan, worlds=tuple(chosen), signals="all", chunk_worlds=8)
+    again = replace(setup, plan=plan)
+
+    def tables() -> Iterator[pa.Table]:
+        for chunk in plan.chunks():
+            yield from simulate_chunk(again, chunk).signals
+
+    finish.write_signals(file, plan, tables())

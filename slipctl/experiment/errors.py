@@ -1,0 +1,37 @@
+"""Why an experiment stopped before its end, and what is left of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended an experiment; what had finished is kept.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        Where it is kept; `slipctl.experiment.resume` goes on there.
+    done, total : int
+        Worlds that are kept, and worlds in all.
+    """
+
+    def __init__(self, folder: Path, done: int, total: int) -> None:
+        self.folder, self.done, self.total = folder, done, total
+        super().__init__(f"{done} of {total} worlds are kept in {folder}")
+
+
+class StorageError(Exception):
+    """Something could not be put on disk; the message says what, where and how to go on."""
+
+
+class ResumeError(Exception):
+    """An unfinished experiment cannot be gone on with; the message says why and what can be done."""
+
+
+class WorkerError(Exception):
+    """The processes that simulate cannot do their work; the message says why."""
+
+
+class ClusterError(Exception):
+    """A cluster cannot be used as it is; the message says what to change."""

@@ -1,0 +1,11 @@
+"""Who simulates the chunks: this process, worker processes of this machine, or a Dask cluster.
+
+All of them call the same function, so that the results are the same to the last bit.
+"""
+
+from __future__ import annotations
+
+from slipctl.experiment.executors.choice import choose
+from slipctl.experiment.executors.protocol import Executor, Finished, Lost
+
+__all__ = ["Executor", "Finished", "Lost", "choose"]

@@ -1,0 +1,166 @@
+"""A cluster of Dask workers: the same chunks on many machines."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+from uuid import uuid4
+
+from slipctl.experiment.chunk import Output, Setup, simulate_chunk
+from slipctl.experiment.errors import ClusterError, WorkerError
+from slipctl.experiment.executors.order import Order, Simulate, order, setup_of, version_problem
+from slipctl.experiment.executors.protocol import Finished, Lost, Progress
+from slipctl.experiment.plan import Chunk
+from slipctl.experiment.store import ChunkFiles
+
+CONNECT_TIMEOUT = 15.0
+"""How long a scheduler may take to answer [s]."""
+
+WORKER_TIMEOUT = 60.0
+"""How long its first worker may take to appear: one that has died takes a while to be started again [s]."""
+
+AHEAD = 2
+"""Chunks for every thread of the cluster that are handed over at a time: enough that none is idle, few enough
+that finished ones do not pile up in memory."""
+
+
+@dataclass(frozen=True)
+class DaskCluster:
+    """Simulates on the workers of a Dask scheduler.
+
+    A worker that dies is no loss: Dask does its chunks elsewhere. A chunk that Dask gives up, as it was on
+    every worker that died, is tried once more alone, as a neighbour may have been the cause.
+
+    Attributes
+    ----------
+    address : str
+        Of the scheduler, such as ``tcp://host:8786``.
+    threads : int or None
+        For MuJoCo in each task; 1 unless told otherwise.
+    simulate : callable
+        What a worker does with a chunk; importable there.
+    """
+
+    address: str
+    threads: int | None = None
+    simulate: Simulate = simulate_chunk
+
+    def run(
+        self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
+    ) -> Generator[Finished | Lost, None, None]:
+        """Yield chunks as they end, with what they gave: the cluster need not share a disk.
+
+        Raises
+        ------
+        ClusterError
+            Where the cluster cannot be reached, or has other versions than this machine.
+        Exception
+            What a chunk raised.
+        """
+        distributed = _distributed()
+        what = order(setup, self.threads)
+        with _client(distributed, self.address) as client:
+            threads = _checked_threads(client, dict(what.versions), self.address)
+            name = f"slipctl-{uuid4().hex}"
+            waiting = iter(chunks)
+            suspects: list[Chunk] = []
+            ended = _Ended(distributed, client, what, self.simulate, name)
+            yield from ended.all_of(waiting, max(2, AHEAD * threads), suspects)
+            for chunk in suspects:
+                again: list[Chunk] = []
+                yield from ended.all_of(iter([chunk]), 1, again)
+                if again:
+                    yield Lost(chunk, f"ended every Dask worker that tried it ({ended.reason})")
+
+
+class _Ended:
+    """Hands chunks to a cluster and takes what comes back."""
+
+    def __init__(self, distributed: Any, client: Any, what: Order, simulate: Simulate, name: str) -> None:
+        self.distributed, self.client = distributed, client
+        self.what, self.simulate, self.name = what, simulate, name
+        self.tries = 0
+        self.reason = ""
+
+    def all_of(self, waiting: Iterator[Chunk], ahead: int, suspects: list[Chunk]) -> Iterator[Finished]:
+        """Yield what becomes of chunks, at most `ahead` of them handed over at a time."""
+        self.tries += 1
+        held = dict(map(self._submit, islice(waiting, ahead)))
+        ended = self.distributed.as_completed(list(held), loop=self.client.loop)
+        for future in ended:
+            chunk = held.pop(future)
+            try:
+                output = future.result()
+            except self.distributed.KilledWorker as error:
+                self.reason = " ".join(str(error).split())
+                suspects.append(chunk)
+            except (self.distributed.CancelledError, self.distributed.comm.CommClosedError) as error:
+                raise WorkerError(f"the Dask scheduler is gone: {error}") from error
+            else:
+                yield Finished(chunk, output)
+            future.release()
+            for new, more in map(self._submit, islice(waiting, 1)):
+                held[new] = more
+                ended.add(new)
+
+    def _submit(self, chunk: Chunk) -> tuple[Any, Chunk]:
+        key = f"{self.name}-{chunk.index}-{self.tries}"
+        return self.client.submit(_do, self.what, chunk, self.simulate, key=key, pure=False), chunk
+
+
+def _do(order: Order, chunk: Chunk, simulate: Simulate) -> Output:
+    """Do one chunk: what a Dask worker does."""
+    return simulate(setup_of(order), chunk, order.threads)
+
+
+def _distributed() -> Any:
+    try:
+        return importlib.import_module("distributed")
+    except ImportError as error:
+        raise ClusterError(
+            "a cluster needs dask.distributed, which is not installed: pip install 'slipctl[cluster]'"
+        ) from error
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"no Dask scheduler answers at {address}: {error}; start one: dask scheduler"
+        ) from error
+
+
+def _checked_threads(client: Any, needed: dict[str, str], address: str) -> int:
+    """Return how many threads the cluster has; refuse one whose workers would give other numbers."""
+    try:
+        client.wait_for_workers(1, timeout=WORKER_TIMEOUT)
+    except TimeoutError as error:
+        raise ClusterError(
+            f"the scheduler at {address} has no worker; start some: dask worker {address}"
+        ) from error
+
+    def versions_there(names: list[str]) -> dict[str, str | None]:
+        # defined here so that it travels as code: a worker without slipctl can still tell that it has none
+        from importlib.metadata import PackageNotFoundError, version
+
+        found: dict[str, str | None] = {}
+        for name in names:
+            try:
+                found[name] = version(name)
+            except PackageNotFoundError:
+                found[name] = None
+        return found
+
+    answers = client.run(versions_there, list(needed))
+    wrong = {place: version_problem(needed, found) for place, found in answers.items()}
+    lines = [f"  {place}: {problem}" for place, problem in sorted(wrong.items()) if problem is not None]
+    if lines:
+        raise ClusterError(
+            "the workers must have the versions of this machine, as others may give other numbers:\n"
+            + "\n".join(lines)
+        )
+    return sum(client.nthreads().values())

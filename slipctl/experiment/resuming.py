@@ -1,0 +1,59 @@
+"""Whether an unfinished experiment can be gone on with here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from slipctl import scenario as files
+from slipctl.experiment import assemble
+from slipctl.experiment.chunk import Setup
+from slipctl.experiment.errors import ResumeError
+from slipctl.experiment.executors.order import version_problem
+from slipctl.experiment.machine import versions
+from slipctl.experiment.plan import Plan
+
+
+def same_as_before(
+    folder: Path, content: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Plan]
+) -> Setup:
+    """Return what the chunks of an unfinished experiment need, if it is the same as when it was begun.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        For messages.
+    content : mapping
+        Of its plan file.
+    read : callable
+        Makes a plan of it.
+
+    Raises
+    ------
+    ResumeError
+        Where versions, scenario or model are others: the rest would not fit what is there.
+    """
+    try:
+        wrong = version_problem(content["versions"], dict(versions()))
+        if wrong is not None:
+            raise ResumeError(f"{folder} was begun with other versions: here {wrong}")
+        if content["own_laws"]:
+            raise ResumeError(
+                f"{folder} has own laws ({', '.join(content['own_laws'])}), which are not in it: run it again"
+            )
+        plan = read(content)
+        begun = content["scenario_id"], content["model_id"]
+    except (KeyError, TypeError, ValidationError, ValueError) as error:
+        raise ResumeError(f"the plan in {folder} cannot be read: {error!r}") from error
+    robot = assemble.read_robot(plan.scenario)
+    here = files.scenario_id(plan.scenario), robot.model_id
+    for name, its, now in zip(("scenario", "model"), begun, here, strict=True):
+        if its != now:
+            raise ResumeError(
+                f"{folder} was begun with another {name}: {its} then, {now} now; "
+                "a file that the scenario names has changed"
+            )
+    return Setup(plan, robot)

@@ -1,0 +1,116 @@
+"""The same chunks on a cluster: two Dask workers on this machine."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from slipctl.experiment import executors, run
+from slipctl.experiment.errors import ClusterError
+from slipctl.experiment.executors import dask_cluster
+from slipctl.experiment.executors.dask_cluster import DaskCluster
+from tests import deadly
+from tests.sweeps import ON_MUJOCO, moment, parquet_bytes, swept
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """Start a scheduler and two workers with a nanny each, which restarts them; return the address."""
+    distributed = pytest.importorskip("distributed")
+    os.environ[deadly.MARK] = str(tmp_path_factory.mktemp("mark") / "mark")
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def on(cluster, monkeypatch):
+    """Let the cluster do with chunks what the returned function is told."""
+
+    def choose(simulate=None):
+        executor = DaskCluster(cluster) if simulate is None else DaskCluster(cluster, simulate=simulate)
+        monkeypatch.setattr("slipctl.experiment.runner.choose", lambda *_: executor)
+        monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 3)
+
+    return choose
+
+
+@pytest.mark.parametrize("tables", [{}, ON_MUJOCO], ids=["ode", "mujoco"])
+def test_a_cluster_gives_the_same_bytes(tables, tmp_path, on):
+    scenario = moment(**tables)
+    alone = parquet_bytes(swept(tmp_path, scenario))
+    on()
+    assert parquet_bytes(swept(tmp_path, scenario)) == alone
+
+
+def test_a_worker_killed_in_the_middle_of_a_chunk_costs_nothing(tmp_path, on):
+    alone = parquet_bytes(swept(tmp_path))
+    on(deadly.die_once)
+    assert parquet_bytes(swept(tmp_path)) == alone
+    assert Path(os.environ[deadly.MARK]).exists()
+
+
+def test_a_chunk_that_always_ends_its_worker_is_reported_and_the_rest_goes_on(tmp_path, on):
+    whole = pq.read_table(swept(tmp_path) / "metrics.parquet").to_pylist()
+    on(deadly.die_always)
+    result = run(moment(), out=tmp_path, record="none")
+    dead = range(deadly.DEADLY * 3, deadly.DEADLY * 3 + 3)
+    assert [entry["world"] for entry in result.failures] == [world for world in dead for _ in range(2)]
+    assert all("ended every Dask worker" in entry["failure"] for entry in result.failures)
+    for before, now in zip(whole, result.metrics.to_pylist(), strict=True):
+        assert now["status"] == "failed" if now["world"] in dead else now == before
+
+
+def test_a_chunk_that_raises_ends_the_experiment_with_what_it_raised(on):
+    on(raising)
+    with pytest.raises(ValueError, match="planted in chunk"):
+        run(moment())
+
+
+def raising(setup, chunk, threads):
+    raise ValueError(f"planted in chunk {chunk.index}")
+
+
+def test_other_versions_on_a_worker_are_refused(cluster, monkeypatch, tmp_path):
+    other = {"slipctl": "0.0.1", "mujoco": "3.0.0"}
+    monkeypatch.setattr("slipctl.experiment.executors.order.versions", lambda: other)
+    with pytest.raises(ClusterError, match="the workers must have the versions of this machine") as said:
+        run(moment(), out=tmp_path, dask=cluster)
+    lines = str(said.value).splitlines()
+    assert len(lines) > 1  # a worker that died in another test may be on its way back
+    assert all("slipctl is " in line and "mujoco is " in line for line in lines[1:])
+    assert all(line.endswith("needed is 3.0.0") for line in lines[1:])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_cluster_that_is_not_there_is_a_message_and_exit_2(monkeypatch, capsys, tmp_path):
+    pytest.importorskip("distributed")
+    from slipctl.cli import main
+
+    monkeypatch.setattr(dask_cluster, "CONNECT_TIMEOUT", 0.5)
+    arguments = ["sweep", "paper-kinematic", "--dask", "tcp://127.0.0.1:9", "--out", str(tmp_path)]
+    assert main([*arguments, "--quiet"]) == 2
+    assert capsys.readouterr().err.startswith("no Dask scheduler answers at tcp://127.0.0.1:9")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_dask_the_message_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ClusterError, match=r"pip install 'slipctl\[cluster\]'"):
+        run(moment(), dask="tcp://host:8786")
+
+
+def test_nothing_of_dask_is_imported_unless_asked_for():
+    assert executors.choose(1, None, None)
+    code = "import sys, slipctl.experiment; sys.exit('distributed' in sys.modules)"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+    assert subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0
