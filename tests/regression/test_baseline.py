@@ -106,6 +106,41 @@ def test_a_damaged_baseline_is_named_in_one_line(baseline, tmp_path, spoil, said
     assert str(path) in str(caught.value)
 
 
+def test_a_damaged_place_is_said_as_people_say_it(baseline, tmp_path):
+    """Each message whole, so that nothing creeps into it."""
+    path = tmp_path / "x.json"
+    write(baseline, path)
+    text = path.read_text(encoding="utf-8")
+    once_more = "record it again: slipctl check x --update --reason '…'"
+    changes = [
+        (
+            damage(lambda c: c["runs"][1]["metrics"]["rms_heading_error"].update(tolerance=-1.0)),
+            "damaged at runs.1.metrics.rms_heading_error.tolerance: "
+            "Input should be greater than or equal to 0",
+        ),
+        (
+            damage(lambda c: c["runs"][0].update(metrics={})),
+            f"damaged at runs.0.metrics: it must hold {', '.join(GATED)}, and no other metric",
+        ),
+        (damage(lambda c: c.update(runs=[])), "damaged: no runs"),
+        (damage(lambda c: c["runs"].append(c["runs"][0])), "damaged: the same run twice"),
+    ]
+    for spoil, said in changes:
+        path.write_text(spoil(text), encoding="utf-8")
+        with pytest.raises(CannotJudge) as caught:
+            read(path)
+        assert str(caught.value) == f"baseline {path} is {said}; {once_more}"
+    path.write_text("[]", encoding="utf-8")
+    with pytest.raises(CannotJudge, match="is damaged at the file: Input should be an object; record"):
+        read(path)
+
+
+def test_runs_that_differ_in_the_seed_only_are_two(tmp_path):
+    two = baseline_of(payload([run_entry("a", seed=1), run_entry("a", seed=2)]))
+    write(two, tmp_path / "x.json")
+    assert [run.seed for run in read(tmp_path / "x.json").runs] == [1, 2]
+
+
 def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
     (tmp_path / "x.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(CannotJudge, match="it is not UTF-8 text; record it again: "):

@@ -443,6 +443,80 @@ def test_an_open_claim_says_why():
     assert nobody.note == "no run of robust and nominal_kinematic"
 
 
+def test_a_benefit_that_cannot_be_told_leaves_its_price_to_be_told():
+    price = {**BETTER, "where": {"slip.yaw": 0.2}, "command_variation_factor": 3.0}
+    scenario = claiming(price)
+    findings = judge_claims(scenario, payload(scenario, change=robust_only(spoilt)))
+    assert [(finding.metric, finding.verdict) for finding in findings] == [
+        (RMS, FAILED),
+        ("command_variation", HELD),
+    ]
+
+
+def test_a_world_alone_keeps_its_seed():
+    scenario = claiming({**BETTER, "where": {"slip.yaw": 0.2}}, seeds=SEEDS)
+    result = payload(scenario)
+    alone = [entry for entry in result["runs"] if entry["seed"] == 4]
+    finding = only(scenario, {**result, "runs": alone})
+    assert (finding.varied, finding.seed, finding.interval) == ({"slip.yaw": 0.2, "seed": 4}, 4, None)
+    assert finding.note == "nominal_kinematic / robust, at least"
+
+
+def test_two_seeds_are_seeds():
+    scenario = claiming(
+        {**BETTER, "where": {"slip.yaw": 0.2}}, {**BOUND, "where": {"slip.yaw": 0.2}}, seeds=SEEDS
+    )
+    result = payload(scenario)
+    better, bound = judge_claims(scenario, {**result, "runs": [e for e in result["runs"] if e["seed"] < 2]})
+    assert better.note == "nominal_kinematic / robust, at least, over 2 seeds"
+    assert bound.note == "10 % of the bound, the most of all seeds"
+
+
+def test_what_was_said_and_what_was_left_out_are_joined():
+    scenario = claiming({**BETTER, "only_where_guaranteed": True}, seeds=SEEDS)
+    findings = judge_claims(scenario, payload(scenario, change=robust_only(spoilt, 0.1)))
+    assert {finding.note for finding in findings} == {
+        "nominal_kinematic / robust, at least, over 6 seeds; judged on 12 of 18 worlds"
+    }
+
+
+@pytest.mark.parametrize("claim", [BELOW, GUARANTEE, BOUND, STATUS])
+def test_a_law_that_was_not_run_is_named(claim):
+    scenario = claiming(claim)
+    result = payload(scenario)
+    others = [entry for entry in result["runs"] if entry["controller"] != "robust"]
+    finding = only(scenario, {**result, "runs": others})
+    assert (finding.verdict, finding.note) == (Verdict.CLAIM_OPEN, "no run of robust")
+
+
+@pytest.mark.parametrize("limit", [1e-6, 1.0, 1e6])
+def test_slack_is_relative_to_the_limit(limit):
+    scenario = claiming({**BELOW, "limit": limit, "where": {"slip.yaw": 0.2}})
+
+    def found(share):
+        def errs(entry):
+            entry["metrics"][RMS] = share * limit
+
+        return only(scenario, payload(scenario, change=robust_only(errs))).verdict
+
+    assert [found(1.0 + share) for share in (-1e-6, 0.0, 0.5e-9, 2e-9, 1e-6)] == [HELD] * 3 + [FAILED] * 2
+
+
+def test_an_interval_that_ends_at_the_limit_from_the_wrong_side_is_open():
+    """Slack helps a claim to hold, and to stay open; it never makes one fail."""
+    scenario = claiming({**BELOW, "limit": 1.0, "where": {"slip.yaw": 0.2}}, seeds=SEEDS)
+
+    def found(low):
+        def errs(entry):
+            entry["metrics"][RMS] = low if entry["seed"] == 0 else 2.0
+
+        some = payload(scenario, change=robust_only(errs))
+        pair = [entry for entry in some["runs"] if entry["seed"] < 2]
+        return only(scenario, {**some, "runs": pair}).verdict
+
+    assert [found(low) for low in (0.9, 1.0, 1.0 + 0.5e-9, 1.0 + 2e-9)] == [Verdict.CLAIM_OPEN] * 3 + [FAILED]
+
+
 def test_the_price_of_a_benefit_is_said_the_other_way_round():
     scenario = claiming({**BETTER, "where": {"slip.yaw": 0.2}, "command_variation_factor": 2.5}, seeds=SEEDS)
     _, price = judge_claims(scenario, payload(scenario))

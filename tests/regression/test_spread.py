@@ -243,6 +243,19 @@ def test_rounding_otherwise_beside_other_worlds_is_repeatable(tmp_path):
     assert b.metrics["rms_position_error"].spread == pytest.approx(1e-12, rel=1e-3)
 
 
+def test_a_heading_of_a_whole_turn_is_moved_to_both_sides_within_it(tmp_path):
+    """The file format refuses more than 360 degrees."""
+    for whole in (360.0, -360.0):
+        text = SHORT_SCENARIO + f"[start]\nheading_offset_deg = {whole}\n"
+        *_, heading = scenarios_beside(scenario_of(text, tmp_path))
+        step = math.degrees(NUDGE)
+        (_, _, unmoved), *moved = starts(heading)
+        assert unmoved == whole
+        off = [math.remainder(degrees - whole, 360.0) for _, _, degrees in moved]
+        assert off == pytest.approx([step, -step], rel=1e-5)
+        assert max(abs(degrees) for _, _, degrees in starts(heading)) == 360.0
+
+
 def test_each_run_beside_is_made_on_its_own_number_of_threads(tmp_path):
     asked = {}
 

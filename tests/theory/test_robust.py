@@ -115,7 +115,9 @@ def test_corrective_input_is_continuous_at_the_edge_of_the_layer():
 
 
 def test_corrective_input_vanishes_at_zero_in_both_laws():
-    answer = corrective_input(np.zeros((2, 2)), np.ones(2), np.array([0.0, 0.02]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        answer = corrective_input(np.zeros((2, 2)), np.ones(2), np.array([0.0, 0.02]))
     np.testing.assert_array_equal(answer, np.zeros((2, 2)))
 
 
