@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from slipctl.metrics import UNITS
 from slipctl.regression import Finding, Number, Verdict, judge
 from slipctl.regression.gated import GATED, LARGER_IS_BETTER
-from slipctl.regression.judge import judge_number
+from slipctl.regression.judge import judge_number, unjudged
 from tests.fakes import baseline_of, payload, run_entry
 
 MOVED_WITH_RMS = {"rms_position_error", "max_position_error", "final_position_error", "rms_cross_track_error"}
@@ -219,6 +219,12 @@ def test_runs_on_one_side_only_cannot_be_judged():
         after["scenario"], "c", new["varied"], new["seed"], None, None, None, None, Verdict.EXTRA,
         "not in the baseline",
     )  # fmt: skip
+
+
+def test_a_scenario_as_a_whole_may_go_unjudged():
+    finding = unjudged("ice", "no baseline")
+    assert finding == Finding("ice", None, {}, None, None, None, None, None, Verdict.UNJUDGED, "no baseline")
+    assert (finding.verdict.judged, finding.verdict.failed) == (False, False)
 
 
 def test_every_verdict_is_sorted_into_failed_or_not_judged_or_neither():
