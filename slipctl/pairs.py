@@ -15,5 +15,7 @@ def pair(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.
     Parameters
     ----------
     first, second : (N,) arrays
+        Or histories (N, T) of them, which become (N, T, 2).
     """
-    return np.array((first, second)).T
+    both = np.array((first, second))
+    return both.T if both.ndim == 2 else np.moveaxis(both, 0, -1)
