@@ -6,6 +6,7 @@ Symbols as in the paper; t = (cos θ, sin θ), n = (−sin θ, cos θ), V = v + 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -125,12 +126,12 @@ class Inertia:
     wheel_inertia: float = 0.0
     joint_friction: float = 0.0
 
-    @property
+    @cached_property
     def effective_mass(self) -> float | Array:
         """Mass that a forward acceleration feels, m + 2J/r² (rolling) [kg]."""
         return self.mass + 2.0 * self.wheel_inertia / self.geometry.wheel_radius**2
 
-    @property
+    @cached_property
     def effective_yaw_inertia(self) -> float | Array:
         """Inertia that a yaw acceleration feels, I_z + 2Jb²/r² (rolling) [kg·m²]."""
         ratio = self.geometry.half_track / self.geometry.wheel_radius
@@ -148,11 +149,14 @@ class Inertia:
         wheel_rate : (N, 2) array
             Left, right [rad/s]; its sign says against which way the axles rub.
         """
-        push = self.effective_mass * acceleration
+        return np.moveaxis(self.torques_by_side(acceleration, yaw_acceleration, wheel_rate), 0, -1)
+
+    def torques_by_side(self, acceleration: Array, yaw_acceleration: Array, wheel_rate: Array) -> Array:
+        """Return `torques` (2, …, N), left and right first, for several accelerations (…, N) at once."""
+        push, half = self.effective_mass * acceleration, self.geometry.wheel_radius / 2.0
         turn = self.effective_yaw_inertia * yaw_acceleration / self.geometry.half_track
-        half = self.geometry.wheel_radius / 2.0
         rub = self.joint_friction * np.sign(wheel_rate)
-        return pair(half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1])
+        return np.array((half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1]))
 
     def accelerations(self, torque: Array, wheel_rate: Array) -> tuple[Array, Array]:
         """Return (μ₁, μ₂) of wheel torques (N, 2), left and right [N·m], (21); the inverse of `torques`."""
