@@ -18,4 +18,4 @@ def pair(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.
         Or histories (N, T) of them, which become (N, T, 2).
     """
     both = np.array((first, second))
-    return both.T if both.ndim == 2 else np.moveaxis(both, 0, -1)
+    return both.T if both.ndim == 2 else both.transpose(*range(1, both.ndim), 0)

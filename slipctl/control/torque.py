@@ -76,9 +76,8 @@ class TorqueDrive:
         """
         wanted = acceleration + jerk * tick
         ends = np.array((acceleration, wanted))
-        torques = self.inertia.torques_by_side(ends, yaw_acceleration, wheel_rate)
-        first, last = torques[:, 0].T, torques[:, 1].T
-        peak = np.maximum.reduce(np.abs(torques), axis=(0, 1))
+        first, last = torques = self.inertia.torques(ends, yaw_acceleration, wheel_rate)
+        peak = np.maximum.reduce(np.abs(torques), axis=(0, 2))
         saturated = peak > self.torque_limit
         if np.count_nonzero(saturated):
             # both wheels together, so that the robot still turns the way it should

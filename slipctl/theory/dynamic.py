@@ -6,7 +6,6 @@ Symbols as in the paper; t = (cos θ, sin θ), n = (−sin θ, cos θ), V = v + 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -126,19 +125,19 @@ class Inertia:
     wheel_inertia: float = 0.0
     joint_friction: float = 0.0
 
-    @cached_property
+    @property
     def effective_mass(self) -> float | Array:
         """Mass that a forward acceleration feels, m + 2J/r² (rolling) [kg]."""
         return self.mass + 2.0 * self.wheel_inertia / self.geometry.wheel_radius**2
 
-    @cached_property
+    @property
     def effective_yaw_inertia(self) -> float | Array:
         """Inertia that a yaw acceleration feels, I_z + 2Jb²/r² (rolling) [kg·m²]."""
         ratio = self.geometry.half_track / self.geometry.wheel_radius
         return self.yaw_inertia + 2.0 * self.wheel_inertia * ratio * ratio
 
     def torques(self, acceleration: Array, yaw_acceleration: Array, wheel_rate: Array) -> Array:
-        """Return wheel torques (N, 2), left and right [N·m].
+        """Return wheel torques (N, 2), left and right [N·m]; (K, N, 2) for (K, N) accelerations.
 
         τ_{r,l} = (r/2)(m μ₁ ± I_z μ₂/b), the inverse of (21) with f of (20), plus what axle friction takes.
 
@@ -149,14 +148,11 @@ class Inertia:
         wheel_rate : (N, 2) array
             Left, right [rad/s]; its sign says against which way the axles rub.
         """
-        return np.moveaxis(self.torques_by_side(acceleration, yaw_acceleration, wheel_rate), 0, -1)
-
-    def torques_by_side(self, acceleration: Array, yaw_acceleration: Array, wheel_rate: Array) -> Array:
-        """Return `torques` (2, …, N), left and right first, for several accelerations (…, N) at once."""
-        push, half = self.effective_mass * acceleration, self.geometry.wheel_radius / 2.0
+        push = self.effective_mass * acceleration
         turn = self.effective_yaw_inertia * yaw_acceleration / self.geometry.half_track
+        half = self.geometry.wheel_radius / 2.0
         rub = self.joint_friction * np.sign(wheel_rate)
-        return np.array((half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1]))
+        return pair(half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1])
 
     def accelerations(self, torque: Array, wheel_rate: Array) -> tuple[Array, Array]:
         """Return (μ₁, μ₂) of wheel torques (N, 2), left and right [N·m], (21); the inverse of `torques`."""
