@@ -194,7 +194,7 @@ def simulate(
         memory = decision.memory
         state = plant.step(state, decision.command, tick)
         ended = running & (state.status != int(Status.RUNNING))
-        if ended.any():
+        if np.count_nonzero(ended):  # many times faster than any
             last_row[ended] = k
             running &= ~ended
             if not running.any():

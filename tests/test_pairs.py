@@ -18,6 +18,11 @@ def test_a_pair_is_a_stack_with_both_parts_in_one_piece():
     assert made[0, 0] == 1.0
 
 
+def test_a_history_becomes_pairs_of_every_instant():
+    first, second = np.arange(6.0).reshape(2, 3), np.arange(6.0, 12.0).reshape(2, 3)
+    assert np.array_equal(pair(first, second), np.stack([first, second], axis=-1))
+
+
 def test_parts_of_different_lengths_are_refused():
     with pytest.raises(ValueError, match="inhomogeneous"):
         pair(np.zeros(2), np.zeros(3))

@@ -91,7 +91,7 @@ class DriveLimits:
         rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
         beyond = rim > self.speed_limit
         saturated = (speed != wanted) | (turn != yaw_rate) | beyond
-        if saturated.any():
+        if np.count_nonzero(saturated):
             scale = np.divide(self.speed_limit, rim, out=np.ones(rim.shape), where=beyond)
             speed, turn = speed * scale, turn * scale
             reached = (speed - commanded_speed) / tick

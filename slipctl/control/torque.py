@@ -75,12 +75,11 @@ class TorqueDrive:
             Whether the limit changed the command.
         """
         wanted = acceleration + jerk * tick
-        first = self.inertia.torques(acceleration, yaw_acceleration, wheel_rate)
-        last = self.inertia.torques(wanted, yaw_acceleration, wheel_rate)
-        peak = np.maximum(np.abs(first), np.abs(last))
-        peak = np.maximum(peak[:, 0], peak[:, 1])
+        ends = np.array((acceleration, wanted))
+        first, last = torques = self.inertia.torques(ends, yaw_acceleration, wheel_rate)
+        peak = np.maximum.reduce(np.abs(torques), axis=(0, 2))
         saturated = peak > self.torque_limit
-        if saturated.any():
+        if np.count_nonzero(saturated):
             # both wheels together, so that the robot still turns the way it should
             scale = np.divide(self.torque_limit, peak, out=np.ones(peak.shape), where=saturated)[:, None]
             first, last = first * scale, last * scale

@@ -223,12 +223,12 @@ class MujocoPlant:
         if steps < 1 or abs(steps * timestep - tick) > 1e-9 * tick:
             raise ValueError(f"the tick of {tick} s is not a multiple of the physics step of {timestep} s")
         running = state.status == int(Status.RUNNING)
-        if not running.any():
+        if not np.count_nonzero(running):
             return replace(state, time=state.time + tick)
         self._load(state, self._told(state, command), tick)
         warned = self.batch.warning[..., 1].copy()
         if self._surroundings is None:
-            good, sensors = advance(self.batch, running, steps), np.array(self.batch.bind("sensordata"))
+            good, sensors = advance(self.batch, running, steps), self.batch.bind("sensordata").copy()
             friction = state.friction
         else:
             good, sensors, friction = self._surroundings.advance(
@@ -237,16 +237,17 @@ class MujocoPlant:
 
         # A bad world resets itself: only a warning, or a clock that did not advance, tells.
         rows = self.batch.state.copy()
-        if not np.array_equal(self.batch.warning[..., 1], warned):
-            good &= (self.batch.warning[..., 1] == warned).all(axis=1)
+        now = self.batch.warning[..., 1]
+        if now.tobytes() != warned.tobytes():
+            good &= (now == warned).all(axis=1)
         good &= np.abs(rows[:, 0] - state.rows[:, 0] - tick) < 0.5 * timestep
-        finite = np.isfinite(rows)
-        if not finite.all():
-            good &= finite.all(axis=1)
         columns = self._columns
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
+            # a sum is finite where all its terms are, but for overflow
+            if not math.isfinite(np.add.reduce(rows, axis=None)):
+                good &= np.isfinite(rows).all(axis=1)
             acceleration = (rows[:, columns.velocity] - state.rows[:, columns.velocity]) / tick
-        if not good.all():
+        if np.count_nonzero(good) < len(good):
             rows[~good], sensors[~good] = state.rows[~good], state.sensors[~good]
             acceleration[~good] = state.acceleration[~good]
         status = self._judged(state.status, rows, running, good)
@@ -255,7 +256,8 @@ class MujocoPlant:
     def _judged(self, status: Statuses, rows: Array, running: Flags, good: Flags) -> Statuses:
         outside = self._columns.distance(rows) > self.arena
         tipped = self._columns.upright(rows) < LEAST_UPRIGHT
-        if not (outside | tipped | ~good).any():
+        ended = outside | tipped | ~good
+        if not np.count_nonzero(ended):
             return status
         new = status.copy()
         new[running & outside] = Status.LEFT_THE_ARENA

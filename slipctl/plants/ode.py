@@ -118,26 +118,25 @@ class KinematicOde:
         with np.errstate(over="ignore", invalid="ignore"):
             (v1, s1), (v2, s2), (v4, s4) = driven(0.0), driven(tick / 2.0), driven(tick)
             h1, h2, h4 = turn + s1.yaw, turn + s2.yaw, turn + s4.yaw
-            first = state.heading
-            last = first + _simpson(h1, h2, h2, h4) * (tick / 6.0)
-            later = np.array((first + tick / 2.0 * h1, first + tick / 2.0 * h2, first + tick * h2, last))
+            later = np.empty((4, len(turn)))
+            np.multiply(h1, tick / 2.0, out=later[0])
+            np.multiply(h2, tick / 2.0, out=later[1])
+            np.multiply(h2, tick, out=later[2])
+            np.multiply(_simpson(h1, 2.0 * h2, 2.0 * h2, h4), tick / 6.0, out=later[3])
+            later += state.heading
             cosines, sines = np.cos(later), np.sin(later)
-            slip = Slip(
-                np.array((s1.longitudinal, s2.longitudinal, s2.longitudinal, s4.longitudinal)),
-                np.array((s1.lateral, s2.lateral, s2.lateral, s4.lateral)),
-                np.array((s1.yaw, s2.yaw, s2.yaw, s4.yaw)),
-            )
-            x, y = slipping_velocity(
-                np.array((v1, v2, v2, v4)),
-                slip,
-                np.array((state.heading_vector[:, 0], *cosines[:3])),
-                np.array((state.heading_vector[:, 1], *sines[:3])),
-            )
-            moved = pair(_simpson(*x), _simpson(*y)) * (tick / 6.0)
+            x1, y1 = slipping_velocity(v1, s1, state.heading_vector[:, 0], state.heading_vector[:, 1])
+            x2, y2 = slipping_velocity(v2, s2, cosines[:2], sines[:2])
+            x4, y4 = slipping_velocity(v4, s4, cosines[2], sines[2])
+            x2 *= 2.0
+            y2 *= 2.0
+            moved = np.array((_simpson(x1, x2[0], x2[1], x4), _simpson(y1, y2[0], y2[1], y4)))
+            moved *= tick / 6.0
+            moved += state.position.T
             new = OdeState(
                 time=state.time + tick,
-                position=state.position + moved,
-                heading=last,
+                position=moved.T,
+                heading=later[3],
                 heading_vector=pair(cosines[3], sines[3]),
                 # not v + ū₁·tick: the law remembers the speed it commanded, to the last bit
                 forward_speed=command.forward_speed,
@@ -148,8 +147,8 @@ class KinematicOde:
             )
         finite = np.isfinite(new.heading + new.forward_speed)
         status, moves = judged(state.status, new.position, finite, self.arena)
-        if moves.all():
-            return replace(new, status=status)
+        if np.count_nonzero(moves) == len(moves):
+            return new if status is state.status else replace(new, status=status)
         return OdeState(
             time=new.time,
             position=np.where(moves[:, None], new.position, state.position),
@@ -162,5 +161,5 @@ class KinematicOde:
         )
 
 
-def _simpson(k1: Array, k2: Array, k3: Array, k4: Array) -> Array:
-    return k1 + 2.0 * k2 + 2.0 * k3 + k4
+def _simpson(k1: Array, twice_k2: Array, twice_k3: Array, k4: Array) -> Array:
+    return k1 + twice_k2 + twice_k3 + k4

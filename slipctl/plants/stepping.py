@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -241,20 +240,17 @@ class Surroundings:
 def advance(batch: Batch, running: Flags, steps: int) -> Flags:
     """Step the running worlds; return those of them without an error."""
     good = running.copy()
+    # MuJoCo must not write MUJOCO_LOG.TXT into the user's folder: the status of the world says it all
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(_unheard)
     try:
-        with _no_log_file():
-            batch.step(None if running.all() else running, steps)
+        batch.step(None if np.count_nonzero(running) == len(running) else running, steps)
     except SimulationError as error:
         good[error.ids] = False
+    finally:
+        mujoco.set_mju_user_warning(before)
     return good
 
 
-@contextmanager
-def _no_log_file() -> Iterator[None]:
-    """Keep MuJoCo from writing MUJOCO_LOG.TXT into the user's folder: the status of the world says it all."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
+def _unheard(message: str) -> None:
+    pass

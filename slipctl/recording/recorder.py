@@ -114,7 +114,7 @@ class Recorder:
 
 
 def _column(rows: NDArray) -> NDArray:
-    """Return rows (rows, worlds) as a column (worlds, rows); one is kept where all worlds share it."""
+    """Return rows (rows, worlds) as a column (worlds, rows), kept once where all worlds share it."""
     if rows.strides[1] == 0:
         return np.broadcast_to(np.ascontiguousarray(rows[:, 0]), rows.T.shape)
     return np.ascontiguousarray(rows.T)

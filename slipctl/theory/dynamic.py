@@ -137,7 +137,7 @@ class Inertia:
         return self.yaw_inertia + 2.0 * self.wheel_inertia * ratio * ratio
 
     def torques(self, acceleration: Array, yaw_acceleration: Array, wheel_rate: Array) -> Array:
-        """Return wheel torques (N, 2), left and right [N·m].
+        """Return wheel torques (N, 2), left and right [N·m]; (K, N, 2) for (K, N) accelerations.
 
         τ_{r,l} = (r/2)(m μ₁ ± I_z μ₂/b), the inverse of (21) with f of (20), plus what axle friction takes.
 

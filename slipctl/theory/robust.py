@@ -20,7 +20,8 @@ from slipctl.tick import Array
 
 def norm(vector: Array) -> Array:
     """Return the Euclidean norm over the last axis of an (..., 2) array."""
-    return np.sqrt(vector[..., 0] * vector[..., 0] + vector[..., 1] * vector[..., 1])
+    x, y = vector[..., 0], vector[..., 1]
+    return np.sqrt(x * x + y * y)
 
 
 def chain_gains(pole: Array, order: int) -> Array:

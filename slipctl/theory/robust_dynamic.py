@@ -84,36 +84,33 @@ class ProportionalDynamicBound:
     slip_bound: Array
 
     @cached_property
-    def _constants(self) -> tuple[Array, Array, Array]:
-        """Return kb, n₂₂ and q, which depend on α alone."""
+    def _constants(self) -> tuple[Array, ...]:
+        """Return kb, a·kb, 2n₂₂, q, 1 − a and 1 − q, which depend on α alone."""
         a = self.slip_bound
         kb = a / (1.0 - a)
         # the worse sign of v_t: for q it is negative ((q/a)² of the other is less by 8a³/(1 − a²)²), for what
         # multiplies 2wμ₁ positive (a(1 + 2a)/(1 + a) against a(1 − 2a)/(1 − a))
         rest = 1.0 - 2.0 * a
-        return kb, a + a * a / (1.0 + a), kb * np.sqrt(1.0 + rest * rest)
+        n22, q = a + a * a / (1.0 + a), kb * np.sqrt(1.0 + rest * rest)
+        return kb, kb * a, 2.0 * n22, q, 1.0 - a, 1.0 - q
 
     def __call__(self, state: DynamicState) -> Array:
         """Return ρ (N,) [m/s³]."""
-        a, (kb, n22, q) = self.slip_bound, self._constants
+        a, (kb, a_kb, twice_n22, q, less_a, less_q) = self.slip_bound, self._constants
         speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
-        yaw_slip = a * speed
+        yaw_slip = a * speed  # |w_s|, and |v_t| and |v_s| as well
         turn_bound = turn + yaw_slip
-        speed_rate = (push + a * speed * turn_bound) / (1.0 - a)
-        squared = turn_bound * turn_bound
-        along = (
-            a * speed_rate * turn_bound
-            + a * speed * squared
-            + speed * (2.0 * turn * yaw_slip + yaw_slip * yaw_slip)
-        )
+        speed_rate = (push + yaw_slip * turn_bound) / less_a
+        turned = yaw_slip * (turn_bound * turn_bound)
+        along = a * speed_rate * turn_bound + turned + speed * (2.0 * turn * yaw_slip + yaw_slip * yaw_slip)
         across = (
             kb * speed * turn * turn
-            + 2.0 * n22 * turn * push
-            + kb * a * speed_rate * turn_bound
-            + a * speed * squared
+            + twice_n22 * turn * push
+            + a_kb * speed_rate * turn_bound
+            + turned
             + 2.0 * push * yaw_slip
         )
-        return (q * state.nominal + np.sqrt(along * along + across * across)) / (1.0 - q)
+        return (q * state.nominal + np.sqrt(along * along + across * across)) / less_q
 
 
 @dataclass(frozen=True)

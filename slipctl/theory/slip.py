@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -91,6 +92,10 @@ class ProportionalSlip:
 
     def affine(self, time: float) -> Affine:
         """Return the constant fractions; `time` plays no part."""
+        return self._affine
+
+    @cached_property
+    def _affine(self) -> Affine:
         return Affine(Slip(self.longitudinal, self.lateral, self.yaw), _none(self.longitudinal))
 
     def affine_rate(self, time: float) -> Affine:

@@ -114,7 +114,7 @@ def path_velocity(
     along = cosine * measured[:, 0] + sine * measured[:, 1]
     left = cosine * measured[:, 1] - sine * measured[:, 0]
     known = tells & (path_speed > 0.0)
-    if known.all():
+    if np.count_nonzero(known) == known.size:
         return measured, pair(along, left) / path_speed[:, None]
     share = pair(along, left) / np.where(known, path_speed, 1.0)[:, None]
     ratio = np.where(known[:, None], share, ratio)
