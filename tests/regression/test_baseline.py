@@ -141,6 +141,17 @@ def test_runs_that_differ_in_the_seed_only_are_two(tmp_path):
     assert [run.seed for run in read(tmp_path / "x.json").runs] == [1, 2]
 
 
+def test_a_folder_in_its_place_is_no_baseline(tmp_path):
+    path = tmp_path / "ice.json"
+    path.mkdir()
+    with pytest.raises(CannotJudge) as caught:
+        read(path)
+    assert str(caught.value) == (
+        f"a folder is in place of the baseline {path}; "
+        "move it away and record one: slipctl check ice --record"
+    )
+
+
 def test_bytes_that_are_no_text_cannot_be_judged(tmp_path):
     (tmp_path / "x.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(CannotJudge, match="it is not UTF-8 text; record it again: "):

@@ -98,7 +98,7 @@ def test_what_has_no_mean_is_refused():
         mean_difference([1.0, 2.0], [1.0])
 
 
-@pytest.mark.parametrize("count", [5, 8, 20])
+@pytest.mark.parametrize("count", [5, 8, 20, 128])  # the last one is drawn in two batches
 def test_it_is_the_percentile_bootstrap_of_scipy_at_the_raised_level(count):
     values = np.sort(np.random.default_rng(count).exponential(1.0, count))
     student = stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)

@@ -15,6 +15,7 @@ from slipctl.regression.bootstrap import mean_ratio
 from slipctl.regression.check import check
 from slipctl.regression.claims import judge_claims
 from slipctl.regression.judge import Finding, Verdict
+from slipctl.regression.worlds import groups, worlds
 from slipctl.scenario import Scenario, dump, load, read
 from tests.scenario.documents import PAPER
 
@@ -173,6 +174,12 @@ def test_pairing_is_by_world_and_seed():
     for finding in judge_claims(scenario, hard):
         assert finding.interval == pytest.approx((2.2, 2.2))
         assert finding.verdict is Verdict.CLAIM_HELD
+
+
+def test_worlds_are_told_apart_by_their_seed_also_where_it_is_not_swept():
+    runs = [run("robust", {"slip.yaw": 0.1}, seed, 0.002) for seed in (1, 2)]
+    assert [(world.seed, len(world.runs)) for world in worlds(runs)] == [(1, 1), (2, 1)]
+    assert [len(group) for group in groups(worlds(runs))] == [2]
 
 
 def test_where_restricts_the_worlds():

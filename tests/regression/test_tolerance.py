@@ -161,3 +161,26 @@ def test_the_same_number_is_repeated_and_another_is_not(value, metric):
 def test_nothing_is_chaotic_without_a_number():
     assert not is_chaotic(ERROR, None, math.inf)
     assert not is_chaotic(ERROR, 1.0, None)
+
+
+def test_what_moved_is_said_with_its_unit():
+    known = of(0.5, nudged=[0.5001], threads=[0.5], halved=[0.501])
+    assert known.why == (
+        "10 spreads; moved by 1.0e-04 m from starts moved by 1e-09 m or rad, nothing on 1 to 3 threads, "
+        "1.0e-03 m at half the timestep"
+    )
+    unknown = of(0.5, nudged=[None], threads=[0.5001], halved=[None])
+    assert unknown.why.endswith(
+        "; moved by an unknown amount from starts moved by 1e-09 m or rad, 1.0e-04 m on 1 to 3 threads, "
+        "an unknown amount at half the timestep"
+    )
+    share = of(0.5, nudged=[0.501], threads=[0.5], metric=SHARE, ticks=100)
+    assert "moved by 1.0e-03 from starts moved by" in share.why  # a share has no unit
+
+
+def test_a_share_repeats_to_a_tick_and_an_error_to_rounding():
+    assert is_repeated(SHARE, 0.5, 0.51, 100)
+    assert not is_repeated(SHARE, 0.5, 0.52, 100)
+    assert not is_repeated(ERROR, 0.5, 0.51, 100)
+    assert is_repeated(ERROR, 0.0, NUDGE, 100)  # the limit itself
+    assert not is_repeated(ERROR, 0.0, 1.01 * NUDGE, 100)
