@@ -89,12 +89,13 @@ def _say_ended_early(result: Result) -> None:
 def _say_failures(result: Result) -> None:
     from slipctl.experiment.replay import replay_command
 
+    told: set[int] = set()
     for failed in result.failures[:NAMED]:
-        where = f"world {failed['world']} ({failed['controller']}) failed: {failed['failure']}"
-        print(where, file=sys.stderr)
-        if result.folder is not None:
-            command = replay_command(result.folder, failed["world"])
-            print(f"  run it again, with a recording: {command}", file=sys.stderr)
+        world = failed["world"]
+        print(f"world {world} ({failed['controller']}) failed: {failed['failure']}", file=sys.stderr)
+        if result.folder is not None and world not in told:
+            print(f"  run it alone: {replay_command(result.folder, world)}", file=sys.stderr)
+        told.add(world)
     more = len(result.failures) - NAMED
     if more > 0:
         print(f"and {more} more, listed under failures in {result.folder}/manifest.json", file=sys.stderr)

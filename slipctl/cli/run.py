@@ -145,8 +145,8 @@ def execute(
         if chunks > 1 and not quiet:
             print(f"what is finished is kept; if this stops: {resume_command(folder)}", file=sys.stderr)
 
-    # one world alone that cannot be simulated is shown as what it is: a defect
-    going = bool(scenario.sweep)
+    # one world alone that cannot be simulated is shown as what it is, with its traceback
+    going = bool(scenario.sweep) and options["worlds"] is None
     _finish(
         lambda progress: experiment.run(
             scenario, out=out, keep_going=going, begun=begun, progress=progress, **options
@@ -193,13 +193,18 @@ def _finish(work: Callable[[Any], Result], model: str, view: bool, json_output: 
 
 def _load(source: str, world: int | None) -> Scenario:
     """Load a scenario; that of a run folder where one world of it is run again."""
-    from slipctl.scenario import load
+    from slipctl.scenario import ScenarioError, load
 
     if world is not None and Path(source).is_dir():
         from slipctl.experiment.replay import scenario_of
 
         return scenario_of(Path(source))
-    return load(source)
+    try:
+        return load(source)
+    except ScenarioError as error:
+        if not (Path(source) / "manifest.json").is_file():
+            raise
+        raise BadInput(f"{source} is a run folder: run one of its worlds again with --world N") from error
 
 
 def _only_with_a_source(source: Any, over: Any, out: Path, record: str, signals: str, world: Any) -> None:

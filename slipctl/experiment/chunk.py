@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int], None]
 
+FRAMES = 4
+"""Calls that are kept of what a failed run raised."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -141,12 +144,12 @@ def _failures(
 
 
 def _reason(error: Exception) -> str:
-    """Say on one line what was raised and where."""
+    """Say on one line what was raised and where, with the calls that led there, the last one first."""
     said = " ".join("".join(traceback.format_exception_only(error)).split())
-    frames = traceback.extract_tb(error.__traceback__)
+    frames = traceback.extract_tb(error.__traceback__)[: -FRAMES - 1 : -1]
     if not frames:
         return said
-    return f"{said} ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})"
+    return f"{said} ({' < '.join(f'{os.path.basename(frame.filename)}:{frame.lineno}' for frame in frames)})"
 
 
 def default_threads(worlds: int) -> int:

@@ -50,6 +50,8 @@ def check_choice(record: str) -> int | None:
 def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     """Return the indices of the worlds to record, in order, and a sentence that says how many and why.
 
+    A world of which every run failed has no rows to show: it is never among them, and the sentence says so.
+
     Parameters
     ----------
     record : str
@@ -66,21 +68,27 @@ def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     if record == "none":
         return [], "no recordings: told so by record none"
     worlds, first = np.unique(metrics["world"].to_numpy(), return_index=True)
-    early = np.array([status != "completed" for status in metrics["status"].to_pylist()])
-    ended_early = np.logical_or.reduceat(early, first)
+    statuses = metrics["status"].to_pylist()
+    early = np.logical_or.reduceat([status != "completed" for status in statuses], first)
+    shown = np.logical_or.reduceat([status != FAILED for status in statuses], first)
+    hidden, total = int((~shown).sum()), len(worlds)
+    left_out = f"; nothing to show of {hidden} whose every run failed" if hidden else ""
     if record == "failed":
-        chosen = worlds[ended_early].tolist()
-        what = "those that did not complete" if chosen else "every run completed"
-        return chosen, f"{_recordings(len(chosen))} of {len(worlds)} worlds: {what}"
-    if record == "auto" and len(worlds) > MANY:
+        chosen = worlds[early & shown].tolist()
+        what = "those that did not complete" if early.any() else "every run completed"
+        return chosen, f"{_recordings(len(chosen))} of {total} worlds: {what}{left_out}"
+    if record == "auto" and total > MANY:
         count = MANY
-    if count is None or count >= len(worlds):
-        return worlds.tolist(), f"{_recordings(len(worlds))}: one per world"
+    if count is None or count >= shown.sum():
+        of = f" of {total} worlds" if hidden else ""
+        return worlds[shown].tolist(), f"{_recordings(int(shown.sum()))}{of}: one per world{left_out}"
     errors = metrics["max_position_error"].fill_null(0.0).to_numpy()
     largest = np.maximum.reduceat(errors, first)
-    worst = worlds[np.lexsort((worlds, -largest, ~ended_early))][:count]
-    note = f"{_recordings(count)} of {len(worlds)} worlds: those that ended early, then the largest errors"
-    return sorted(worst.tolist()), note + (" (more with record all)" if record == "auto" else "")
+    order = np.lexsort((worlds, -largest, ~early))
+    worst = worlds[order][shown[order]][:count]
+    note = f"{_recordings(count)} of {total} worlds: those that ended early, then the largest errors"
+    note += " (more with record all)" if record == "auto" else ""
+    return sorted(worst.tolist()), note + left_out
 
 
 def _recordings(count: int) -> str:

@@ -122,6 +122,15 @@ def test_wrong_input_is_a_message_and_exit_2(engine, capsys, monkeypatch, argume
     assert engine.calls == []
 
 
+def test_a_run_folder_without_a_world_is_told_how_to_run_one(engine, capsys, tmp_path):
+    (tmp_path / "manifest.json").write_text("{}", encoding="utf-8")
+    assert main(["run", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == (
+        f"{tmp_path} is a run folder: run one of its worlds again with --world N\n"
+    )
+    assert engine.calls == []
+
+
 def test_an_output_folder_that_cannot_be_written_is_exit_2(tmp_path, capsys):
     (tmp_path / "file").write_text("in the way")
     arguments = [
@@ -159,6 +168,7 @@ def test_options_of_a_sweep_reach_the_engine(engine):
     assert main(["sweep", "friction-sweep", "--workers", "3", "--record", "failed", "--world", "7"]) == 0
     options = engine.calls[1][1]
     assert (options["workers"], options["record"], options["worlds"]) == (3, "failed", [7])
+    assert not options["keep_going"]  # what is raised in the one world is to be seen
 
 
 def test_one_world_alone_shows_a_defect_as_what_it_is(engine):
@@ -201,8 +211,9 @@ def test_what_is_kept_and_what_failed_is_said(engine, capsys):
     assert err.splitlines()[:3] == [
         "1 of 2 runs ended early: 1 failed",
         "world 3 (robust_kinematic) failed: ValueError: no",
-        "  run it again, with a recording: slipctl run runs/x --world 3",
+        "  run it alone: slipctl run runs/x --world 3",
     ]
+    assert err.count("run it alone") == 1  # once for a world
     assert err.splitlines()[-1] == "and 1 more, listed under failures in runs/x/manifest.json"
 
 

@@ -76,6 +76,8 @@ def test_a_run_that_raises_is_found_and_the_rest_goes_on(tables, tmp_path, broke
         (5, "robust_kinematic"),
     ]
     assert all("ValueError: planted in" in entry["failure"] for entry in result.failures)
+    assert all(" (test_failures.py:" in entry["failure"] for entry in result.failures)
+    assert all(" < chunk.py:" in entry["failure"] for entry in result.failures)
     manifest = json.loads((result.folder / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["failures"] == list(result.failures)
     assert manifest["statuses"]["failed"] == 4
@@ -114,7 +116,13 @@ def test_the_command_says_what_failed_and_how_to_run_it_again(tmp_path, broken, 
     assert lines[0].endswith("runs ended early: 1 failed")
     assert lines[1].startswith("world 1 (")
     assert "failed: ValueError: planted in 1" in lines[1]
-    assert lines[2] == f"  run it again, with a recording: slipctl run {folder} --world 1"
+    assert lines[2] == f"  run it alone: slipctl run {folder} --world 1"
+    assert main(["run", str(folder), "--world", "1", "--json"]) == 3
+    said_alone = capsys.readouterr()
+    assert said_alone.out == ""
+    assert "Traceback" in said_alone.err
+    assert "raise ValueError" in said_alone.err
+    assert [path.name for path in Path("runs").iterdir()] == ["short"]
     broken.clear()
     assert main(["run", str(folder), "--world", "1", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
@@ -134,6 +142,20 @@ def test_where_every_run_fails_nothing_can_be_judged(tmp_path, broken, capsys, m
     assert said.err.splitlines()[-1] == "no run could be simulated"
     manifest = json.loads(Path("runs/short/manifest.json").read_text(encoding="utf-8"))
     assert manifest["statuses"] == {"failed": 2}
+
+
+@pytest.mark.parametrize("record", ["failed", "all", "auto", "worst:5"])
+def test_recordings_that_are_said_to_be_there_are_there(record, tmp_path, broken):
+    broken |= {(1, 0), (1, 1), (2, 0)}
+    result = run(moment(), out=tmp_path, record=record, keep_going=True)
+    assert result.folder is not None
+    written = {path.name for path in result.folder.glob("*.rrd")}
+    assert written == {name for name in result.metrics["recording"].to_pylist() if name}
+    assert result.recording_note.startswith(
+        f"{len(written)} recording{'s' * (len(written) != 1)} of {WORLDS} "
+    )
+    assert len(written) == {"failed": 1, "worst:5": 5}.get(record, WORLDS - 1)
+    assert result.recording_note.endswith("; nothing to show of 1 whose every run failed")
 
 
 def test_a_world_of_a_run_folder_is_replayed_bit_for_bit(tmp_path):
