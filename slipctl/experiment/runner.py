@@ -122,7 +122,7 @@ def run(
     store = Store.create(Path(out), scenario.name, kept)
     if begun is not None:
         begun(store.folder, -(-len(plan.worlds) // plan.chunk_worlds))
-    return _on_disk(setup, told, executor, store, progress, began)
+    return _on_disk(setup, told, executor, store, progress, began, new=True)
 
 
 def resume(
@@ -163,11 +163,18 @@ def resume(
     except BaseException:
         store.close()
         raise
-    return _on_disk(setup, told, executor, store, progress, began)
+    return _on_disk(setup, told, executor, store, progress, began, new=False)
 
 
 def _on_disk(
-    setup: Setup, told: dict, executor: Executor, store: Store, progress: Progress | None, began: float
+    setup: Setup,
+    told: dict,
+    executor: Executor,
+    store: Store,
+    progress: Progress | None,
+    began: float,
+    *,
+    new: bool,
 ) -> Result:
     plan = setup.plan
     lost_ones: dict[int, Output] = {}
@@ -181,13 +188,14 @@ def _on_disk(
     except BaseException as error:
         if store.published is not None:  # all is done but for removing what is no longer needed
             raise
-        kept = _kept(plan, store)  # on the disk: a chunk may be there of which nobody was told yet
-        if not kept and not lost_ones and not isinstance(error, StorageError):
+        kept = _listed(store)  # on the disk: a chunk may be there of which nobody was told yet
+        # what somebody else began is never removed, and neither is what could not be looked into
+        if new and kept == set() and not lost_ones and not isinstance(error, StorageError):
             store.discard()
             raise
         store.close()
         if isinstance(error, KeyboardInterrupt):
-            done = sum(len(chunk.worlds) for chunk in plan.chunks() if chunk.index in kept)
+            done = sum(len(chunk.worlds) for chunk in plan.chunks() if chunk.index in (kept or ()))
             raise Interrupted(store.folder, done, len(plan.worlds)) from None
         error.add_note(f"what is finished is kept; go on: {resume_command(store.folder)}")
         raise
@@ -195,6 +203,14 @@ def _on_disk(
 
 def _kept(plan: Plan, store: Store) -> set[int]:
     return {chunk.index for chunk in plan.chunks() if store.metrics(chunk) is not None}
+
+
+def _listed(store: Store) -> set[int] | None:
+    """Return which chunks there are; None where the disk does not say."""
+    try:
+        return store.listed()
+    except (OSError, ValueError):
+        return None
 
 
 def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | None) -> Result:

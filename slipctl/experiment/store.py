@@ -66,11 +66,24 @@ class ChunkFiles:
             raise storage_error(self.folder, error) from error
 
     def metrics(self, chunk: Chunk) -> pa.Table | None:
-        """Return the rows of a chunk's runs; None where it is not there, or not whole."""
+        """Return the rows of a chunk's runs; None where it is not there, or not whole.
+
+        Raises
+        ------
+        OSError
+            Where the disk does not let it be read: whether it is whole is then not known.
+        """
         import pyarrow as pa
 
         try:
-            table = _read(self._metrics(chunk)).read_all()
+            content = self._metrics(chunk).read_bytes()
+            if self._signals(chunk).exists():
+                self._signals(chunk).open("rb").close()
+        except FileNotFoundError:
+            return None
+        try:
+            # from memory: what is raised from here on is said of the content, not of the disk
+            table = pa.ipc.open_file(content).read_all()
             if self._signals(chunk).exists():
                 _read(self._signals(chunk))
         except (OSError, pa.ArrowException):
@@ -205,8 +218,18 @@ class Store(ChunkFiles):
         """Let another process go on with it."""
         self._lock.release()
 
+    def listed(self) -> set[int]:
+        """Return the indices of the chunks whose rows are on the disk, whole or not.
+
+        Raises
+        ------
+        OSError
+            Where the disk does not say.
+        """
+        return {int(path.stem) for path in (self.folder / CHUNKS).iterdir() if path.suffix == ".arrow"}
+
     def discard(self) -> None:
-        """Remove the folder: nothing in it is worth keeping."""
+        """Remove the folder, which must be new: nothing in it is worth keeping."""
         self._lock.release()
         shutil.rmtree(self.folder, ignore_errors=True)
 

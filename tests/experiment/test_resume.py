@@ -124,6 +124,41 @@ def test_an_interruption_before_the_first_chunk_leaves_nothing(tmp_path):
     assert names(tmp_path) == []
 
 
+def test_going_on_never_removes_the_folder(tmp_path, whole, monkeypatch):
+    left = interrupted(tmp_path)
+    with pytest.raises(Interrupted):  # before the first chunk of this time, and with every chunk unread
+        monkeypatch.setattr(Store, "metrics", lambda *_: None)
+        resume(left, progress=stop_after(-1.0))
+    monkeypatch.undo()
+    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 2)
+    for path in (left / "chunks").iterdir():
+        path.unlink()
+    with pytest.raises(Interrupted) as stop:
+        resume(left, progress=stop_after(-1.0))
+    assert (stop.value.done, names(tmp_path)) == (0, ["moment.unfinished"])
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+
+
+def test_a_disk_that_cannot_be_read_is_not_an_empty_one(tmp_path, whole, monkeypatch):
+    left = interrupted(tmp_path)
+    before = names(left / "chunks")
+
+    def failing(path):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_bytes", failing)
+        with pytest.raises(OSError, match=os.strerror(errno.EIO)) as said:
+            resume(left)
+    assert said.value.__notes__ == [f"what is finished is kept; go on: slipctl sweep --resume {left}"]
+    assert names(left / "chunks") == before
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+
+
 def test_unfinished_folders_are_never_overwritten(tmp_path, whole):
     first, second = interrupted(tmp_path), interrupted(tmp_path)
     assert (first.name, second.name) == ("moment.unfinished", "moment.unfinished-2")
