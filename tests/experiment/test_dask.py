@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
-from slipctl.experiment import executors, run
-from slipctl.experiment.errors import ClusterError
+from slipctl.experiment import executors, resume, run
+from slipctl.experiment.chunk import simulate_chunk
+from slipctl.experiment.errors import ClusterError, WorkerError
 from slipctl.experiment.executors import dask_cluster
 from slipctl.experiment.executors.dask_cluster import DaskCluster
 from tests import deadly
@@ -82,7 +84,7 @@ def raising(setup, chunk, threads):
 
 def test_other_versions_on_a_worker_are_refused(cluster, monkeypatch, tmp_path):
     other = {"slipctl": "0.0.1", "mujoco": "3.0.0"}
-    monkeypatch.setattr("slipctl.experiment.executors.order.versions", lambda: other)
+    monkeypatch.setattr(dask_cluster, "versions", lambda: other)
     with pytest.raises(ClusterError, match="the workers must have the versions of this machine") as said:
         run(moment(), out=tmp_path, dask=cluster)
     lines = str(said.value).splitlines()
@@ -101,6 +103,60 @@ def test_a_cluster_that_is_not_there_is_a_message_and_exit_2(monkeypatch, capsys
     assert main([*arguments, "--quiet"]) == 2
     assert capsys.readouterr().err.startswith("no Dask scheduler answers at tcp://127.0.0.1:9")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("address", ["nonsense", "carrier-pigeon://host:8786", "tcp://host.invalid:8786"])
+def test_what_is_no_address_is_said_at_once(address, capsys, tmp_path):
+    pytest.importorskip("distributed")
+    from slipctl.cli import main
+
+    assert main(["sweep", "paper-kinematic", "--dask", address, "--out", str(tmp_path / "runs")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"dask: found {address!r}, allowed is the address of a scheduler such as tcp://")
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_cluster_is_asked_before_the_folder_is_made(cluster, monkeypatch, tmp_path):
+    monkeypatch.setattr(dask_cluster, "versions", lambda: {"slipctl": "0.0.1"})
+    with pytest.raises(ClusterError, match="needed is 0.0.1"):
+        run(moment(), out=tmp_path / "runs", dask=cluster)
+    assert not (tmp_path / "runs").exists()
+
+
+def last_one_dies(setup, chunk, threads):
+    if chunk.index == 1:
+        time.sleep(2.0)  # the chunk before it is fetched
+        os._exit(9)
+    return simulate_chunk(setup, chunk, threads)
+
+
+def test_a_cluster_without_workers_is_said_and_given_up(tmp_path, monkeypatch, capsys):
+    distributed = pytest.importorskip("distributed")
+    whole = parquet_bytes(swept(tmp_path / "whole"))
+    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 3)
+    monkeypatch.setattr(dask_cluster, "LOOK", 0.2)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+    with distributed.LocalCluster(n_workers=0, dashboard_address=None) as alone:
+        address = alone.scheduler_address
+        arguments = ["-m", "distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1"]
+        with subprocess.Popen([sys.executable, *arguments, "--no-dashboard"], env=environment) as worker:
+            try:
+                executor = DaskCluster(address, simulate=last_one_dies)
+                executor.check()
+                monkeypatch.setattr(dask_cluster, "WORKER_TIMEOUT", 1.0)
+                monkeypatch.setattr("slipctl.experiment.runner.choose", lambda *_: executor)
+                with pytest.raises(WorkerError, match="has had no worker for 1 s; start some") as said:
+                    run(moment(), out=tmp_path, record="none")
+            finally:
+                worker.kill()
+    left = tmp_path / "moment.unfinished"
+    assert said.value.__notes__ == [f"what is finished is kept; go on: slipctl sweep --resume {left}"]
+    assert f"no Dask worker is left at {address}: waiting 1 s for one\n" in capsys.readouterr().err
+    monkeypatch.undo()
+    finished = resume(left).folder
+    assert finished is not None
+    assert parquet_bytes(finished) == whole
 
 
 def test_without_dask_the_message_says_what_to_install(monkeypatch):

@@ -17,11 +17,18 @@ def choose(workers: int, dask: str | None, threads: int | None) -> Executor:
         Address of a Dask scheduler, which then does it.
     threads : int or None
         For MuJoCo, in each process.
+
+    Raises
+    ------
+    ClusterError
+        Where the cluster cannot be used: it is asked before anything is begun.
     """
     if dask is not None:
         from slipctl.experiment.executors.dask_cluster import DaskCluster
 
-        return DaskCluster(dask, threads)
+        cluster = DaskCluster(dask, threads)
+        cluster.check()
+        return cluster
     if workers > 1:
         from slipctl.experiment.executors.local_workers import LocalWorkers
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import sys
+import time
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -13,6 +15,7 @@ from slipctl.experiment.chunk import Output, Setup, simulate_chunk
 from slipctl.experiment.errors import ClusterError, WorkerError
 from slipctl.experiment.executors.order import Order, Simulate, order, setup_of, version_problem
 from slipctl.experiment.executors.protocol import Finished, Lost, Progress
+from slipctl.experiment.machine import versions
 from slipctl.experiment.plan import Chunk
 from slipctl.experiment.store import ChunkFiles
 
@@ -21,6 +24,12 @@ CONNECT_TIMEOUT = 15.0
 
 WORKER_TIMEOUT = 60.0
 """How long its first worker may take to appear: one that has died takes a while to be started again [s]."""
+
+LOOK = 2.0
+"""How often is looked whether there is still a worker, where nothing comes back [s]."""
+
+POLL = 0.02
+"""How long is slept between two looks at what came back [s]."""
 
 AHEAD = 2
 """Chunks for every thread of the cluster that are handed over at a time: enough that none is idle, few enough
@@ -48,6 +57,17 @@ class DaskCluster:
     threads: int | None = None
     simulate: Simulate = simulate_chunk
 
+    def check(self) -> None:
+        """See whether the cluster can be used, before anything is begun.
+
+        Raises
+        ------
+        ClusterError
+            Where it cannot be reached, has no workers, or has other versions than this machine.
+        """
+        with _client(_distributed(), self.address) as client:
+            _checked_threads(client, dict(versions()), self.address)
+
     def run(
         self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
     ) -> Generator[Finished | Lost, None, None]:
@@ -57,6 +77,8 @@ class DaskCluster:
         ------
         ClusterError
             Where the cluster cannot be reached, or has other versions than this machine.
+        WorkerError
+            Where its scheduler is gone, or all of its workers are and none comes in `WORKER_TIMEOUT`.
         Exception
             What a chunk raised.
         """
@@ -67,7 +89,7 @@ class DaskCluster:
             name = f"slipctl-{uuid4().hex}"
             waiting = iter(chunks)
             suspects: list[Chunk] = []
-            ended = _Ended(distributed, client, what, self.simulate, name)
+            ended = _Ended(distributed, client, self.address, what, self.simulate, name)
             yield from ended.all_of(waiting, max(2, AHEAD * threads), suspects)
             for chunk in suspects:
                 again: list[Chunk] = []
@@ -79,8 +101,10 @@ class DaskCluster:
 class _Ended:
     """Hands chunks to a cluster and takes what comes back."""
 
-    def __init__(self, distributed: Any, client: Any, what: Order, simulate: Simulate, name: str) -> None:
-        self.distributed, self.client = distributed, client
+    def __init__(
+        self, distributed: Any, client: Any, address: str, what: Order, simulate: Simulate, name: str
+    ) -> None:
+        self.distributed, self.client, self.address = distributed, client, address
         self.what, self.simulate, self.name = what, simulate, name
         self.tries = 0
         self.reason = ""
@@ -89,11 +113,17 @@ class _Ended:
         """Yield what becomes of chunks, at most `ahead` of them handed over at a time."""
         self.tries += 1
         held = dict(map(self._submit, islice(waiting, ahead)))
-        ended = self.distributed.as_completed(list(held), loop=self.client.loop)
-        for future in ended:
+        # with results, as fetching one waits for a worker to do it again where the one that had it has died
+        ended = self.distributed.as_completed(
+            list(held), loop=self.client.loop, with_results=True, raise_errors=False
+        )
+        while held:
+            self._wait_for(ended)
+            future, output = next(ended)
             chunk = held.pop(future)
             try:
-                output = future.result()
+                if future.status != "finished":
+                    future.result()  # raises what happened
             except self.distributed.KilledWorker as error:
                 self.reason = " ".join(str(error).split())
                 suspects.append(chunk)
@@ -105,6 +135,34 @@ class _Ended:
             for new, more in map(self._submit, islice(waiting, 1)):
                 held[new] = more
                 ended.add(new)
+
+    def _wait_for(self, ended: Any) -> None:
+        """Wait until something has come back, or until there has been no worker for too long."""
+        looked = last_seen = time.monotonic()
+        said = False
+        while not ended.has_ready():
+            time.sleep(POLL)
+            now = time.monotonic()
+            if now - looked < LOOK:
+                continue
+            if self._has_workers():
+                last_seen, said = now, False
+            elif now - last_seen >= WORKER_TIMEOUT:
+                raise WorkerError(
+                    f"the Dask scheduler at {self.address} has had no worker for {WORKER_TIMEOUT:.0f} s; "
+                    f"start some: dask worker {self.address}"
+                )
+            elif not said:
+                where = f"no Dask worker is left at {self.address}"
+                print(f"{where}: waiting {WORKER_TIMEOUT:.0f} s for one", file=sys.stderr)
+                said = True
+            looked = time.monotonic()
+
+    def _has_workers(self) -> bool:
+        try:
+            return bool(self.client.nthreads())
+        except OSError:  # the scheduler does not answer, either
+            return False
 
     def _submit(self, chunk: Chunk) -> tuple[Any, Chunk]:
         key = f"{self.name}-{chunk.index}-{self.tries}"
@@ -126,6 +184,12 @@ def _distributed() -> Any:
 
 
 def _client(distributed: Any, address: str) -> Any:
+    try:  # before there is a client: one that has no address takes long to be thrown away
+        distributed.comm.resolve_address(address)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"dask: found {address!r}, allowed is the address of a scheduler such as tcp://host:8786 ({error})"
+        ) from error
     try:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
