@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from slipctl.experiment import finish
 from slipctl.experiment.chunk import Output, Setup, simulate_chunk
+from slipctl.experiment.chunkfiles import resume_command
+from slipctl.experiment.errors import StorageError
 from slipctl.experiment.plan import canonical_json
 from slipctl.experiment.record import record_worlds, worlds_to_record
 from slipctl.experiment.result import MANIFEST, METRICS, SIGNALS, Result
@@ -43,7 +45,7 @@ def conclude(
     plan, folder = setup.plan, store.folder
     metrics = joined(list(_metrics(setup, store, lost)))
     if plan.signals != "none":
-        store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store)))
+        store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store, lost)))
     chosen, note = worlds_to_record(plan.record, metrics)
     recordings = _record(setup, store, chosen, metrics, manifest)
     failed = finish.failures(metrics, plan.grid.keys)
@@ -88,13 +90,18 @@ def in_memory(setup: Setup, manifest: dict[str, Any], outputs: Sequence[Output],
 def _metrics(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator[pa.Table]:
     for chunk in setup.plan.chunks():
         table = lost[chunk.index].metrics if chunk.index in lost else store.metrics(chunk)
-        assert table is not None, f"chunk {chunk.index} is neither there nor lost"
+        if table is None:
+            raise StorageError(
+                f"chunk {chunk.index} of {store.folder} cannot be read any more; "
+                f"go on: {resume_command(store.folder)}"
+            )
         yield table
 
 
-def _signals(setup: Setup, store: Store) -> Iterator[pa.Table]:
+def _signals(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator[pa.Table]:
     for chunk in setup.plan.chunks():
-        yield from store.signals(chunk)
+        if chunk.index not in lost:  # what it left on the disk is not of a finished chunk
+            yield from store.signals(chunk)
 
 
 def _record(

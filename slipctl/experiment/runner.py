@@ -10,6 +10,7 @@ from pathlib import Path
 from slipctl import scenario as files
 from slipctl.experiment import assemble
 from slipctl.experiment.chunk import Output, Setup, lost
+from slipctl.experiment.chunkfiles import resume_command
 from slipctl.experiment.conclude import conclude, in_memory
 from slipctl.experiment.errors import Interrupted, StorageError
 from slipctl.experiment.executors import Executor, Lost, choose
@@ -20,7 +21,7 @@ from slipctl.experiment.plan import Chunk, Plan, make_plan, read_plan
 from slipctl.experiment.record import check_choice
 from slipctl.experiment.result import Result
 from slipctl.experiment.resuming import same_as_before
-from slipctl.experiment.store import Store, resume_command
+from slipctl.experiment.store import Store
 
 CLUSTER = 4
 """Workers that are reckoned with where a cluster simulates: chunks are then small enough to be shared out."""
@@ -202,7 +203,7 @@ def _on_disk(
 
 
 def _kept(plan: Plan, store: Store) -> set[int]:
-    return {chunk.index for chunk in plan.chunks() if store.metrics(chunk) is not None}
+    return {chunk.index for chunk in plan.chunks() if store.whole(chunk)}
 
 
 def _listed(store: Store) -> set[int] | None:

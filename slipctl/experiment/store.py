@@ -1,114 +1,38 @@
 """The folder of an unfinished experiment: its plan, its finished chunks, and nobody else at work on it.
 
-    NAME.unfinished/plan.json                what is to be done, with the versions that do it
-    NAME.unfinished/chunks/000012.arrow      rows of metrics of chunk 12: there last, so that it is whole
-    NAME.unfinished/chunks/000012.signals    its signals, in batches of whole runs
+    NAME.unfinished/plan.json    what is to be done, with the versions that do it
+    NAME.unfinished/chunks       what is done: see `slipctl.experiment.chunkfiles`
 
 When all is done the results are put beside these, the folder is renamed, and these are removed.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import Any
 
 from slipctl.experiment import durable
-from slipctl.experiment.chunk import Output
+from slipctl.experiment.chunkfiles import CHUNKS, ChunkFiles, resume_command, storage_error
 from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError, publish
 from slipctl.experiment.lock import NAME as LOCK
 from slipctl.experiment.lock import FolderLock
-from slipctl.experiment.plan import GROUP_ROWS, Chunk, canonical_json
+from slipctl.experiment.plan import canonical_json
 from slipctl.experiment.result import MANIFEST
 
-if TYPE_CHECKING:
-    import pyarrow as pa
+__all__ = ["CHUNKS", "PLAN", "UNFINISHED", "ChunkFiles", "Store", "resume_command"]
 
 PLAN = "plan.json"
-CHUNKS = "chunks"
 UNFINISHED = ".unfinished"
-FORMAT = 1
+FORMAT = 2
 
-
-class ChunkFiles:
-    """Where chunks are put; what worker processes on the same disk know of the folder.
-
-    Attributes
-    ----------
-    folder : pathlib.Path
-        The unfinished folder.
-    scenario_id : str
-        Written into every chunk: one of another scenario is not taken for a finished one.
-    """
-
-    def __init__(self, folder: Path, scenario_id: str) -> None:
-        self.folder, self.scenario_id = folder, scenario_id
-
-    def keep(self, output: Output) -> None:
-        """Put a finished chunk on the disk.
-
-        Raises
-        ------
-        StorageError
-            Where that cannot be done.
-        """
-        try:
-            if output.signals:
-                pieces = _pieces(output.signals)
-                durable.write(self._signals(output.chunk), lambda file: _write(file, pieces))
-            marked = output.metrics.replace_schema_metadata(self._mark(output.chunk))
-            durable.write(self._metrics(output.chunk), lambda file: _write(file, iter((marked,))))
-        except OSError as error:
-            raise storage_error(self.folder, error) from error
-
-    def metrics(self, chunk: Chunk) -> pa.Table | None:
-        """Return the rows of a chunk's runs; None where it is not there, or not whole.
-
-        Raises
-        ------
-        OSError
-            Where the disk does not let it be read: whether it is whole is then not known.
-        """
-        import pyarrow as pa
-
-        try:
-            content = self._metrics(chunk).read_bytes()
-            if self._signals(chunk).exists():
-                self._signals(chunk).open("rb").close()
-        except FileNotFoundError:
-            return None
-        try:
-            # from memory: what is raised from here on is said of the content, not of the disk
-            table = pa.ipc.open_file(content).read_all()
-            if self._signals(chunk).exists():
-                _read(self._signals(chunk))
-        except (OSError, pa.ArrowException):
-            return None
-        return table if table.schema.metadata == self._mark(chunk) else None
-
-    def signals(self, chunk: Chunk) -> Iterator[pa.Table]:
-        """Yield the signals of a chunk, one run or several at a time; mapped, not read into memory."""
-        import pyarrow as pa
-
-        if not self._signals(chunk).exists():
-            return
-        reader = _read(self._signals(chunk))
-        for index in range(reader.num_record_batches):
-            yield pa.Table.from_batches([reader.get_batch(index)])
-
-    def _mark(self, chunk: Chunk) -> dict[bytes, bytes]:
-        worlds = f"{chunk.worlds[0]} to {chunk.worlds[-1]}"
-        return {b"scenario_id": self.scenario_id.encode(), b"worlds": worlds.encode()}
-
-    def _metrics(self, chunk: Chunk) -> Path:
-        return self.folder / CHUNKS / f"{chunk.index:06d}.arrow"
-
-    def _signals(self, chunk: Chunk) -> Path:
-        return self.folder / CHUNKS / f"{chunk.index:06d}.signals"
+CHECKSUM = "checksum"
+"""Key of the plan file: a hash of all its others."""
 
 
 class Store(ChunkFiles):
@@ -124,7 +48,8 @@ class Store(ChunkFiles):
     """
 
     def __init__(self, folder: Path, lock: FolderLock, plan: dict[str, Any]) -> None:
-        super().__init__(folder, plan["scenario_id"])
+        asked = {name: str(plan.get(name)) for name in ("scenario_id", "signals", "keep_going", CHECKSUM)}
+        super().__init__(folder, asked)
         self.plan = plan
         self.published: Path | None = None
         self._lock = lock
@@ -138,13 +63,15 @@ class Store(ChunkFiles):
         OutputError
             Where `out` cannot be made or written.
         """
+        plan = {"format": FORMAT, **plan}
+        plan[CHECKSUM] = checksum(plan)
         try:
             out.mkdir(parents=True, exist_ok=True)
             folder = _new_folder(out, name)
             try:
                 lock = FolderLock(folder)
                 (folder / CHUNKS).mkdir()
-                durable.write_bytes(folder / PLAN, canonical_json({"format": FORMAT, **plan}).encode())
+                durable.write_bytes(folder / PLAN, canonical_json(plan).encode())
             except BaseException:
                 shutil.rmtree(folder, ignore_errors=True)
                 raise
@@ -163,7 +90,7 @@ class Store(ChunkFiles):
         Raises
         ------
         ResumeError
-            Where it is none, is finished, or another process is at work on it.
+            Where it is none, is finished, was edited, or another process is at work on it.
         """
         path = folder / PLAN
         if (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name:
@@ -176,6 +103,11 @@ class Store(ChunkFiles):
             plan = json.loads(path.read_text(encoding="utf-8"))
             if not isinstance(plan["scenario_id"], str) or plan["format"] != FORMAT:
                 raise ResumeError(f"{path}: found format {plan['format']}, allowed is {FORMAT}")
+            if plan.get(CHECKSUM) != checksum(plan):
+                raise ResumeError(
+                    f"{path} was edited or damaged since it was begun: "
+                    "what is finished would not fit what is left; put it back, or run the sweep again"
+                )
             for left in folder.rglob(f"*{durable.PART}"):
                 left.unlink(missing_ok=True)
         except (ValueError, KeyError, TypeError) as error:
@@ -188,7 +120,7 @@ class Store(ChunkFiles):
 
     def chunk_files(self) -> ChunkFiles:
         """Return what other processes on the same disk need to put chunks here."""
-        return ChunkFiles(self.folder, self.scenario_id)
+        return ChunkFiles(self.folder, self.asked)
 
     def put(self, name: str, fill: Any) -> None:
         """Write a file of results beside the chunks; `fill` writes it into an open binary file.
@@ -234,19 +166,10 @@ class Store(ChunkFiles):
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def storage_error(folder: Path, error: OSError) -> StorageError:
-    """Say what could not be written, and how to go on."""
-    full = error.errno in durable.FULL
-    what = "the disk is full" if full else f"cannot write: {error.strerror or error}"
-    todo = "make room, then go on" if full else "put it right, then go on"
-    return StorageError(f"{what}; what is finished is kept in {folder}\n{todo}: {resume_command(folder)}")
-
-
-def resume_command(folder: Path) -> str:
-    """Return the one command that goes on with an unfinished folder."""
-    import shlex
-
-    return f"slipctl sweep --resume {shlex.quote(str(folder))}"
+def checksum(plan: Mapping[str, Any]) -> str:
+    """Return the hash of a plan file's content but for the hash itself."""
+    rest = {key: value for key, value in plan.items() if key != CHECKSUM}
+    return f"sha256:{hashlib.sha256(canonical_json(rest).encode()).hexdigest()}"
 
 
 def _tidy(finished: Path) -> None:
@@ -273,35 +196,3 @@ def _there_are(folder: Path) -> str:
     except OSError:
         return ""
     return f"; there {'is' if len(found) == 1 else 'are'} {', '.join(found)}" if found else ""
-
-
-def _pieces(tables: Sequence[pa.Table]) -> Iterator[pa.Table]:
-    """Yield the signals of runs together until they are enough rows: a batch costs time for every column."""
-    import pyarrow as pa
-
-    waiting, rows = [], 0
-    for table in tables:
-        waiting.append(table)
-        rows += table.num_rows
-        if rows >= GROUP_ROWS:
-            yield pa.concat_tables(waiting)
-            waiting, rows = [], 0
-    if waiting:
-        yield pa.concat_tables(waiting)
-
-
-def _write(file: IO[bytes], tables: Iterator[pa.Table]) -> None:
-    import pyarrow as pa
-
-    writer = None
-    for table in tables:
-        writer = writer or pa.ipc.new_file(file, table.schema)
-        writer.write_table(table.combine_chunks())
-    assert writer is not None, "there is at least one table"
-    writer.close()
-
-
-def _read(path: Path) -> pa.ipc.RecordBatchFileReader:
-    import pyarrow as pa
-
-    return pa.ipc.open_file(pa.memory_map(str(path), "r"))

@@ -20,7 +20,8 @@ from slipctl import scenario as files
 from slipctl.experiment import Interrupted, resume, run
 from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError
-from slipctl.experiment.store import Store
+from slipctl.experiment.plan import Chunk
+from slipctl.experiment.store import CHECKSUM, Store, checksum
 from tests.sweeps import WORLDS, moment, parquet_bytes, swept
 
 KILLS = int(os.environ.get("SLIPCTL_TEST_KILLS", "2"))
@@ -54,6 +55,11 @@ def interrupted(out: Path, share: float = 0.6, **options) -> Path:
         run(moment(), out=out, **{"record": "none", **options}, progress=stop_after(share))
     assert 0 < stop.value.done < stop.value.total == WORLDS
     return stop.value.folder
+
+
+def signed(path: Path, content: dict) -> None:
+    """Write a plan file as if it had been begun so."""
+    path.write_text(json.dumps({**content, CHECKSUM: checksum(content)}), encoding="utf-8")
 
 
 def names(folder: Path) -> list[str]:
@@ -126,11 +132,10 @@ def test_an_interruption_before_the_first_chunk_leaves_nothing(tmp_path):
 
 def test_going_on_never_removes_the_folder(tmp_path, whole, monkeypatch):
     left = interrupted(tmp_path)
-    with pytest.raises(Interrupted):  # before the first chunk of this time, and with every chunk unread
-        monkeypatch.setattr(Store, "metrics", lambda *_: None)
-        resume(left, progress=stop_after(-1.0))
-    monkeypatch.undo()
-    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 2)
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "metrics", lambda *_: None)
+        with pytest.raises(Interrupted):  # before the first chunk of this time, and with every chunk unread
+            resume(left, progress=stop_after(-1.0))
     for path in (left / "chunks").iterdir():
         path.unlink()
     with pytest.raises(Interrupted) as stop:
@@ -276,6 +281,79 @@ def test_half_written_and_foreign_chunks_are_not_read(tmp_path, whole):
     assert parquet_bytes(folder) == whole
 
 
+@pytest.mark.parametrize("ending", ["arrow", "signals"])
+def test_a_damaged_byte_anywhere_in_a_chunk_is_found(ending, tmp_path, whole):
+    left = interrupted(tmp_path)
+    path = left / "chunks" / f"000001.{ending}"
+    content = path.read_bytes()
+    store = Store.open(left)
+    chunk = Chunk(1, range(2, 4))
+    assert store.whole(chunk)
+    rows = store.metrics(chunk)
+    assert rows is not None
+    step = 17 if ending == "arrow" else 997
+    for place in range(0, len(content), step):
+        path.write_bytes(content[:place] + bytes([content[place] ^ 0x41]) + content[place + 1 :])
+        # what is found whole must be the same: nothing is read of the bytes that fill gaps
+        if store.whole(chunk):
+            assert ending == "arrow"
+            assert rows.equals(store.metrics(chunk))
+    path.write_bytes(content)
+    store.close()
+
+
+def test_signals_that_are_gone_or_changed_are_made_again(tmp_path, whole):
+    left = interrupted(tmp_path)
+    (left / "chunks" / "000000.signals").unlink()
+    changed = left / "chunks" / "000002.signals"
+    content = bytearray(changed.read_bytes())
+    content[len(content) // 2] ^= 1
+    changed.write_bytes(content)
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+
+
+def test_chunks_with_other_options_are_not_taken(tmp_path, whole):
+    left, other = interrupted(tmp_path), interrupted(tmp_path / "other", signals="none")
+    (left / "chunks" / "000000.arrow").write_bytes((other / "chunks" / "000000.arrow").read_bytes())
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+
+
+def test_signals_that_vanish_at_the_end_are_told_and_gone_on_with(tmp_path, whole, monkeypatch):
+    from slipctl.experiment import conclude
+
+    original = conclude.joined
+
+    def meddle(tables):
+        (tmp_path / "moment.unfinished" / "chunks" / "000003.signals").unlink()
+        return original(tables)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(conclude, "joined", meddle)
+        with pytest.raises(StorageError, match=r"000003\.signals cannot be read any more") as said:
+            run(moment(), out=tmp_path, record="none")
+    left = tmp_path / "moment.unfinished"
+    assert f"--resume {left}" in str(said.value)
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+
+
+def test_an_edited_plan_is_refused(tmp_path):
+    left = interrupted(tmp_path)
+    plan = left / "plan.json"
+    for key, value in (("keep_going", True), ("signals", "sampled"), ("worlds", [0])):
+        content = json.loads(plan.read_text(encoding="utf-8"))
+        plan.write_text(json.dumps(content | {key: value}), encoding="utf-8")
+        with pytest.raises(ResumeError, match="was edited or damaged since it was begun"):
+            resume(left)
+        plan.write_text(json.dumps(content), encoding="utf-8")  # how it is laid out does not matter
+    assert resume(left).folder == tmp_path / "moment"
+
+
 def test_two_processes_never_go_on_with_the_same_folder(tmp_path, whole):
     left = interrupted(tmp_path)
     code = (
@@ -319,7 +397,7 @@ def test_other_versions_are_refused_in_one_line(tmp_path, monkeypatch):
     content = json.loads(plan.read_text(encoding="utf-8"))
     now = content["versions"]["mujoco"]
     content["versions"]["mujoco"] = "3.0.0"
-    plan.write_text(json.dumps(content), encoding="utf-8")
+    signed(plan, content)
     before = names(left / "chunks")
     with pytest.raises(ResumeError) as said:
         resume(left)
@@ -353,10 +431,10 @@ def test_another_scenario_or_model_is_refused(tmp_path):
         resume(left)
     pq.write_table(pa.table({"time": [0.0, 9.0], **columns}), slip)
     content = json.loads((left / "plan.json").read_text(encoding="utf-8"))
-    (left / "plan.json").write_text(json.dumps({**content, "model_id": "sha256:0"}), encoding="utf-8")
+    signed(left / "plan.json", {**content, "model_id": "sha256:0"})
     with pytest.raises(ResumeError, match="begun with another model: sha256:0 then"):
         resume(left)
-    (left / "plan.json").write_text(json.dumps(content), encoding="utf-8")
+    signed(left / "plan.json", content)
     assert resume(left).folder == tmp_path / "runs" / "moment"
 
 

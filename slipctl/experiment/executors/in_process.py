@@ -6,9 +6,9 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 
 from slipctl.experiment.chunk import Setup, simulate_chunk
+from slipctl.experiment.chunkfiles import ChunkFiles
 from slipctl.experiment.executors.protocol import Finished, Progress
 from slipctl.experiment.plan import Chunk
-from slipctl.experiment.store import ChunkFiles
 
 
 @dataclass(frozen=True)

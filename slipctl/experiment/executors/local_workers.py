@@ -16,11 +16,11 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from slipctl.experiment.chunk import Setup, simulate_chunk
+from slipctl.experiment.chunkfiles import ChunkFiles
 from slipctl.experiment.errors import WorkerError
 from slipctl.experiment.executors.order import Order, Simulate, order, setup_of
 from slipctl.experiment.executors.protocol import Finished, Lost, Progress
 from slipctl.experiment.plan import Chunk
-from slipctl.experiment.store import ChunkFiles
 
 DEATHS = 2
 """A chunk that ends so many workers is not tried again."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from slipctl.experiment.chunk import Output, Setup
+from slipctl.experiment.chunkfiles import ChunkFiles
 from slipctl.experiment.plan import Chunk
-from slipctl.experiment.store import ChunkFiles
 
 Progress = Callable[[Chunk, int], None]
 """Told a chunk and the number of its world-ticks done, from time to time."""
