@@ -18,14 +18,12 @@ NAMED = 5
 """Failed runs that are named one by one; all of them stand in the manifest."""
 
 
-def report(result: Result, model: str, json_output: bool, quiet: bool) -> None:
+def report(result: Result, json_output: bool, quiet: bool) -> None:
     """Say what came of a run; ends the command with exit 3 where not a single run could be simulated.
 
     Parameters
     ----------
     result : Result
-    model : str
-        Name of the robot's model.
     json_output, quiet : bool
         Whether one JSON object, or nothing, is printed instead of a table.
     """
@@ -39,7 +37,7 @@ def report(result: Result, model: str, json_output: bool, quiet: bool) -> None:
     if json_output:
         _print_json(result)
     elif not quiet:
-        _show(result, model)
+        _show(result)
 
 
 def _print_json(result: Result) -> None:
@@ -52,7 +50,7 @@ def _print_json(result: Result) -> None:
     sys.stdout.flush()
 
 
-def _show(result: Result, model: str) -> None:
+def _show(result: Result) -> None:
     from rich.console import Console
 
     from slipctl.report import many
@@ -68,7 +66,8 @@ def _show(result: Result, model: str) -> None:
         payload = result.json()
         for line in results(payload, result.metrics.column("end_time").to_pylist()):
             console.print(line, soft_wrap=True)
-    certified = standing_line(result.manifest.get("certified"), model)
+    standing = result.manifest.get("certified")
+    certified = standing and standing_line(standing, result.manifest["scenario_file"]["robot"]["model"])
     if certified is not None:
         console.print(f"\n{certified}", markup=False, soft_wrap=True)
     notes = [result.recording_note]

@@ -151,7 +151,6 @@ def execute(
         lambda progress: experiment.run(
             scenario, out=out, keep_going=going, begun=begun, progress=progress, **options
         ),
-        scenario.robot.model,
         view,
         json_output,
         quiet,
@@ -160,19 +159,18 @@ def execute(
 
 def _resume(folder: Path, view: bool, json_output: bool, quiet: bool, how: dict[str, Any]) -> None:
     from slipctl import experiment
-    from slipctl.experiment.replay import scenario_of
+    from slipctl.experiment.replay import check_unfinished
 
-    model = scenario_of(folder).robot.model
+    check_unfinished(folder)
     _finish(
         lambda progress: experiment.resume(folder, progress=progress, **how),
-        model,
         view,
         json_output,
         quiet,
     )
 
 
-def _finish(work: Callable[[Any], Result], model: str, view: bool, json_output: bool, quiet: bool) -> None:
+def _finish(work: Callable[[Any], Result], view: bool, json_output: bool, quiet: bool) -> None:
     from slipctl.cli.outcome import report
     from slipctl.experiment.errors import Interrupted
     from slipctl.experiment.store import resume_command
@@ -184,7 +182,7 @@ def _finish(work: Callable[[Any], Result], model: str, view: bool, json_output: 
         print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)
         print(f"go on: {resume_command(stop.folder)}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED) from None
-    report(result, model, json_output, quiet)
+    report(result, json_output, quiet)
     if view:
         from slipctl.cli.view import show_folder
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from pydantic import ValidationError
 from slipctl import scenario as files
 from slipctl.experiment.errors import ResumeError
 from slipctl.experiment.result import MANIFEST
-from slipctl.experiment.store import PLAN
+from slipctl.experiment.store import PLAN, UNFINISHED
 
 
 def scenario_of(folder: Path) -> files.Scenario:
@@ -44,6 +45,30 @@ def scenario_of(folder: Path) -> files.Scenario:
             )
         return scenario
     raise ResumeError(f"{folder} is no run folder: it has neither {MANIFEST} nor {PLAN}")
+
+
+def check_unfinished(folder: Path) -> None:
+    """Refuse to go on with what has become a run folder since.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        What was named to go on with.
+
+    Raises
+    ------
+    ResumeError
+        Where it is not there any more, and a run folder beside it has its name.
+    """
+    name, mark, _ = folder.name.partition(UNFINISHED)
+    if not mark or folder.exists():
+        return
+    is_one = re.compile(rf"{re.escape(name)}(-[0-9]+)?")
+    finished = [path.parent for path in folder.parent.glob(f"*/{MANIFEST}")]
+    beside = [path for path in finished if is_one.fullmatch(path.name)]
+    if beside:
+        newest = max(beside, key=lambda path: (path / MANIFEST).stat().st_mtime)
+        raise ResumeError(f"{folder} is finished already: see {newest}")
 
 
 def replay_command(folder: Path, world: int) -> str:

@@ -1,6 +1,7 @@
 """``run`` and ``sweep``: exit statuses and what stands on which stream."""
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -8,7 +9,6 @@ import pytest
 
 from slipctl.cli import main
 from slipctl.experiment import Interrupted
-from slipctl.scenario import given, load, scenario_id
 from tests.fakes import SHORT_SCENARIO, FakeResult, payload, run_entry
 
 RUNS = [run_entry("nominal_kinematic"), run_entry("robust_kinematic", rms=0.0004, status="tipped")]
@@ -95,7 +95,7 @@ def test_sweep_takes_several_grids(engine):
         (["sweep"], "FILE|NAME"),
         (["sweep", "friction-sweep", "--workers", "2", "--dask", "tcp://host:1"], "--workers and --dask"),
         (["sweep", "friction-sweep", "--resume", "runs/x"], "FILE|NAME: not with --resume"),
-        (["sweep", "--resume", "no/such/folder"], "no run folder"),
+        (["sweep", "--resume", "no/such/folder"], "no/such/folder is no unfinished sweep"),
         (
             ["sweep", "--resume", "runs/x", "--record", "all", "--out", "y"],
             "--out, --record: not with --resume",
@@ -179,15 +179,25 @@ def test_one_world_alone_shows_a_defect_as_what_it_is(engine):
 def test_going_on_gives_the_folder_and_who_is_to_work(engine, capsys, tmp_path, monkeypatch):
     left = tmp_path / "friction-sweep.unfinished"
     left.mkdir()
-    scenario = load("friction-sweep")
-    plan = {"scenario_given": given(scenario), "scenario_id": scenario_id(scenario)}
-    (left / "plan.json").write_text(json.dumps(plan), encoding="utf-8")
     monkeypatch.setattr("slipctl.experiment.resume", engine.run)
     assert main(["sweep", "--resume", str(left), "--workers", "2", "--json"]) == 0
     folder, options = engine.calls[0]
     assert folder == left
     assert (options["workers"], options["dask"], options["threads"]) == (2, None, None)
     assert json.loads(capsys.readouterr().out) == payload(RUNS)
+
+
+def test_going_on_with_what_is_finished_says_where_it_is(tmp_path, capsys):
+    left = tmp_path / "x.unfinished"
+    for age, name in enumerate(("x-2", "x", "xy", "x-3-old")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "manifest.json").write_text("{}", encoding="utf-8")
+        os.utime(tmp_path / name / "manifest.json", (1000.0 + age, 1000.0 + age))
+    assert main(["sweep", "--resume", str(left)]) == 2
+    assert capsys.readouterr().err == f"{left} is finished already: see {tmp_path / 'x'}\n"
+    left.mkdir()  # another one, which is not finished
+    assert main(["sweep", "--resume", str(left)]) == 2
+    assert "is no unfinished sweep: it has no plan.json" in capsys.readouterr().err
 
 
 def test_what_is_kept_and_what_failed_is_said(engine, capsys):

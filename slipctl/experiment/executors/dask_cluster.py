@@ -188,7 +188,7 @@ def _client(distributed: Any, address: str) -> Any:
         distributed.comm.resolve_address(address)
     except (OSError, ValueError) as error:
         raise ClusterError(
-            f"dask: found {address!r}, allowed is the address of a scheduler such as tcp://host:8786 ({error})"
+            f"dask: found {address!r}, allowed is a scheduler's address such as tcp://host:8786; {error}"
         ) from error
     try:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
