@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from slipctl import shipped
 from slipctl.metrics import UNITS
 from slipctl.regression import CannotJudge, read, write
+from slipctl.regression.baseline import run_key
 from slipctl.regression.gated import GATED, NOTEWORTHY
 from tests.fakes import baseline_of, payload, run_entry
 
@@ -210,6 +211,40 @@ def test_a_baseline_that_could_never_fail_is_damaged(tmp_path, planted, where):
         read(path)
     assert "\n" not in str(caught.value)
     assert "record it again: slipctl check planted --update --reason" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("planted", "said"),
+    [
+        (
+            {"tolerance": 1.5e-4, "tolerance_elsewhere": 1.5e-4},
+            "the tolerance of .* is 0.00015, but .* allows 0.0001",
+        ),
+        ({"tolerance_elsewhere": 1.5e-4}, "the tolerance elsewhere of .* is 0.00015, but .* allows 0.0001"),
+        (
+            {"value": None, "spread": None, "tolerance": 1e-9, "tolerance_elsewhere": 1e-9},
+            "is 1e-09, but .* allows 0",
+        ),
+    ],
+)
+def test_a_tolerance_wider_than_what_was_measured_is_damaged(tmp_path, planted, said):
+    """Of a spread of 1e-5, ten times that, and no more elsewhere where no timestep was halved."""
+    baseline = baseline_of(payload([run_entry("a")]))
+    write(baseline, tmp_path / "x.json")
+    content = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
+    number = content["runs"][0]["metrics"]["rms_position_error"]
+    number |= {"halving": None, "tolerance_elsewhere": 1e-4}
+    (tmp_path / "x.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read(tmp_path / "x.json").runs[0].metrics["rms_position_error"].tolerance == 1e-4
+    number |= planted
+    (tmp_path / "x.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(CannotJudge, match=said):
+        read(tmp_path / "x.json")
+
+
+def test_a_run_is_the_same_in_whatever_order_its_keys_are_given():
+    assert run_key("a", {"x": 1, "y": [2.0]}, 3) == run_key("a", {"y": [2.0], "x": 1}, 3)
+    assert run_key("a", {"x": 1, "y": 2}, 3) != run_key("a", {"x": 2, "y": 1}, 3)
 
 
 def test_a_chaotic_number_may_have_moved_further_than_any_tolerance(tmp_path):

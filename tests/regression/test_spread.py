@@ -7,7 +7,7 @@ import pytest
 from slipctl import experiment
 from slipctl.regression.baseline import CannotJudge, run_key
 from slipctl.regression.gated import GATED, NUDGE
-from slipctl.regression.spread import measure, neighbours, scenarios_beside
+from slipctl.regression.spread import Neighbour, measure, neighbours, scenarios_beside
 from slipctl.regression.tracks import ticks_of_runs
 from slipctl.scenario import load, scenario_id, worlds
 from tests.fakes import SHORT_SCENARIO, payload, run_entry
@@ -241,6 +241,35 @@ def test_another_number_from_the_very_same_start_is_no_chaos(tmp_path, again, sa
 def test_rounding_otherwise_beside_other_worlds_is_repeatable(tmp_path):
     _, b = measured_with(answering((0.01, "completed"), (0.01 + 1e-12, "completed")), tmp_path)
     assert b.metrics["rms_position_error"].spread == pytest.approx(1e-12, rel=1e-3)
+
+
+def measured_beside(*beside):
+    """Give the one run of a result whose runs beside it differ in kind, RMS error and share of guarantee."""
+    entry = run_entry("a", rms=0.01, seed=0, varied={})
+    told = [
+        Neighbour(
+            kind, "completed", entry["metrics"] | {"rms_position_error": rms, "guarantee_fraction": share}
+        )
+        for kind, rms, share in beside
+    ]
+    (run,) = measure(payload([entry]), [100], {run_key("a", {}, 0): told})
+    return run
+
+
+def test_every_run_from_the_very_same_start_is_looked_at():
+    """Behind a moved start and behind one that did repeat, too."""
+    fine = [("nudged", 0.0101, 0.25), ("threads", 0.01, 0.25)]
+    assert measured_beside(*fine).metrics["rms_position_error"].spread == pytest.approx(1e-4)
+    with pytest.raises(CannotJudge, match=r"^friction-sweep: a is not repeatable"):
+        measured_beside(*fine, ("threads", 0.0101, 0.25))
+
+
+def test_a_share_of_ticks_repeats_to_a_tick():
+    assert measured_beside(("threads", 0.01, 0.26)).metrics["guarantee_fraction"].spread == pytest.approx(
+        0.01
+    )
+    with pytest.raises(CannotJudge, match="guarantee_fraction"):
+        measured_beside(("threads", 0.01, 0.27))
 
 
 def test_a_heading_of_a_whole_turn_is_moved_to_both_sides_within_it(tmp_path):

@@ -106,7 +106,10 @@ def test_a_value_that_is_not_finite_nearby_is_chaotic(where):
 def test_what_has_no_value_is_recorded_as_such(metric, why):
     result = of(None, metric=metric)
     assert (result.value, result.gate, result.why) == (None, "number", why)
-    assert of(None, [None, 1.0], metric=metric).gate == "verdict"
+    chaotic = of(None, [None, 1.0], metric=metric)
+    assert chaotic.gate == "verdict"
+    for found in (result, chaotic):
+        assert (found.tolerance, found.tolerance_elsewhere) == (0.0, 0.0)
 
 
 VALUE = st.floats(min_value=1e-12, max_value=1e3)
