@@ -98,8 +98,22 @@ class Result:
         return {**self.json_head(), "runs": list(self.json_runs())}
 
     def json_head(self) -> dict[str, Any]:
-        """Return the machine output without its runs."""
-        return {key: self.manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")}
+        """Return the machine output without its runs.
+
+        ``folder`` is the run folder or None. Each of ``failures`` has, beside what `failures` here holds,
+        ``replay``: the command that runs its world alone, None where there is no folder.
+        """
+        from slipctl.experiment.replay import replay_command
+
+        folder = self.folder
+        return {
+            **{key: self.manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")},
+            "folder": None if folder is None else folder.as_posix(),
+            "failures": [
+                {**failed, "replay": None if folder is None else replay_command(folder, failed["world"])}
+                for failed in self.failures
+            ],
+        }
 
     def json_runs(self) -> Iterator[dict[str, Any]]:
         """Yield the runs of the machine output: many of them never stand in memory together."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow as pa
@@ -65,7 +67,9 @@ def test_tables_have_one_row_per_run_in_grid_order():
 def test_machine_output_is_the_contract():
     result = run(small(**SWEEP))
     output = json.loads(json.dumps(result.json(), allow_nan=False))
-    assert set(output) == {"scenario", "scenario_id", "model_id", "versions", "runs"}
+    head = {"scenario", "scenario_id", "model_id", "versions", "folder", "failures"}
+    assert set(output) == head | {"runs"}
+    assert (output["folder"], output["failures"]) == (None, [])
     assert output["scenario"] == "small"
     assert output["scenario_id"].startswith("sha256:")
     assert output["model_id"].startswith("sha256:")
@@ -206,6 +210,17 @@ def test_a_swept_controller_key_reaches_that_controller_only():
     robust = [row for row in result.metrics.to_pylist() if row["controller"] == "robust_kinematic"]
     assert nominal[0]["rms_position_error"] == nominal[1]["rms_position_error"]
     assert robust[0]["rms_position_error"] < robust[1]["rms_position_error"]
+
+
+def test_machine_output_says_what_failed_and_how_to_run_it_alone():
+    result = run(small(**ODE))
+    failed = {"world": 3, "controller": "a", "varied": {}, "seed": 0, "failure": "ValueError: no"}
+    assert replace(result, failures=(failed,)).json()["failures"] == [{**failed, "replay": None}]
+    told = replace(result, failures=(failed,), folder=Path("my runs") / "small").json()
+    assert told["folder"] == "my runs/small"
+    (entry,) = told["failures"]
+    assert shlex.split(entry.pop("replay")) == ["slipctl", "run", str(Path("my runs/small")), "--world", "3"]
+    assert entry == failed
 
 
 def test_which_worlds_are_recorded():
