@@ -36,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if end.code is None or isinstance(end.code, int):
             return end.code or Exit.GOOD
         raise
+    except KeyboardInterrupt:  # while the commands were read
+        print("interrupted; nothing was begun", file=sys.stderr)
+        return Exit.INTERRUPTED
     except Exception as error:
         return explain(error)
     return Exit.GOOD

@@ -160,6 +160,7 @@ def execute(
 def _resume(folder: Path, view: bool, json_output: bool, quiet: bool, how: dict[str, Any]) -> None:
     from slipctl import experiment
     from slipctl.experiment.replay import check_unfinished
+    from slipctl.experiment.store import resume_command
 
     check_unfinished(folder)
     _finish(
@@ -167,16 +168,19 @@ def _resume(folder: Path, view: bool, json_output: bool, quiet: bool, how: dict[
         view,
         json_output,
         quiet,
+        f"interrupted; what is finished is kept; go on: {resume_command(folder)}",
     )
 
 
-def _finish(work: Callable[[Any], Result], view: bool, json_output: bool, quiet: bool) -> None:
+def _finish(
+    work: Callable[[Any], Result], view: bool, json_output: bool, quiet: bool, stopped: str = NOTHING
+) -> None:
     from slipctl.cli.outcome import report
     from slipctl.experiment.errors import Interrupted
     from slipctl.experiment.store import resume_command
 
     try:
-        with interruptible(NOTHING), progress_bar(quiet) as progress:
+        with interruptible(stopped), progress_bar(quiet) as progress:
             result = work(progress)
     except Interrupted as stop:
         print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)

@@ -233,6 +233,33 @@ def test_an_interruption_before_the_first_run_leaves_nothing(engine, capsys):
     assert capsys.readouterr() == ("", "interrupted before any run was finished; nothing was written\n")
 
 
+def test_an_early_interruption_of_going_on_says_that_what_was_there_is_kept(tmp_path, monkeypatch, capsys):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slipctl.experiment.resume", stop)
+    left = tmp_path / "x.unfinished"
+    assert main(["sweep", "--resume", str(left)]) == 130
+    assert capsys.readouterr().err == (
+        f"interrupted; what is finished is kept; go on: slipctl sweep --resume {left}\n"
+    )
+
+
+def test_ctrl_c_while_the_commands_are_read_shows_no_traceback(monkeypatch, capsys):
+    import importlib.machinery
+
+    class Interrupting(importlib.machinery.PathFinder):
+        @classmethod
+        def find_spec(cls, fullname, path=None, target=None):
+            if fullname == "slipctl.cli.app":
+                raise KeyboardInterrupt
+
+    monkeypatch.delitem(sys.modules, "slipctl.cli.app", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Interrupting, *sys.meta_path])
+    assert main(["run", "friction-sweep"]) == 130
+    assert capsys.readouterr() == ("", "interrupted; nothing was begun\n")
+
+
 def test_a_defect_shows_its_traceback_and_is_no_failed_gate(engine, capsys):
     engine.answer = ZeroDivisionError("oops")
     assert main(["run", "friction-sweep", "--json"]) == 3
