@@ -11,6 +11,9 @@ from slipctl.experiment.plan import Chunk
 DEADLY = 1
 """Index of the chunk that ends its worker."""
 
+DEADLY_WORLD = 4
+"""Index of the world that ends its worker."""
+
 MARK = "SLIPCTL_TEST_MARK"
 """Environment variable with a file that is there once a worker has died."""
 
@@ -18,6 +21,11 @@ MARK = "SLIPCTL_TEST_MARK"
 def die_always(setup: Setup, chunk: Chunk, threads: int | None) -> Output:
     """End the process in the middle of one chunk, every time."""
     return _simulate(setup, chunk, threads, dies=chunk.index == DEADLY)
+
+
+def die_of_one_world(setup: Setup, chunk: Chunk, threads: int | None) -> Output:
+    """End the process wherever one world is simulated, whatever else is in the chunk."""
+    return _simulate(setup, chunk, threads, dies=DEADLY_WORLD in chunk.worlds)
 
 
 def die_once(setup: Setup, chunk: Chunk, threads: int | None) -> Output:

@@ -12,7 +12,7 @@ from slipctl.experiment import assemble
 from slipctl.experiment.batch import Run, batches, failed_run, run_batch
 from slipctl.experiment.own import OwnLaws
 from slipctl.experiment.plan import Chunk, Plan
-from slipctl.experiment.rows import run_table
+from slipctl.experiment.rows import joined, run_table
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -84,6 +84,13 @@ def simulate_chunk(
         done += assemble.tick_count(grid[indices[0]].scenario) * len(indices) * len(setup.plan.entrants)
     runs.sort(key=lambda run: run.index)
     return output(setup.plan, chunk, runs)
+
+
+def merged(chunk: Chunk, parts: Sequence[Output]) -> Output:
+    """Put together what was simulated of a chunk in pieces, in any order."""
+    parts = sorted(parts, key=lambda part: part.chunk.worlds[0])
+    signals = tuple(table for part in parts for table in part.signals)
+    return Output(chunk, joined([part.metrics for part in parts]), signals)
 
 
 def lost(plan: Plan, chunk: Chunk, reason: str) -> Output:

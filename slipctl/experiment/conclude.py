@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -25,9 +25,7 @@ REPLAYED = "replayed.parquet"
 """Every row of the worlds to record, where the signals do not hold them; removed afterwards."""
 
 
-def conclude(
-    setup: Setup, manifest: dict[str, Any], store: Store, lost: Mapping[int, Output], began: float
-) -> Result:
+def conclude(setup: Setup, manifest: dict[str, Any], store: Store, began: float) -> Result:
     """Put the results of all chunks beside them, and turn the unfinished folder into the run folder.
 
     Parameters
@@ -36,16 +34,14 @@ def conclude(
     manifest : dict
         As of `slipctl.experiment.finish.manifest`.
     store : Store
-        Holds every chunk but those in `lost`.
-    lost : mapping
-        What is said of the chunks that could not be simulated, by index.
+        Holds every chunk.
     began : float
         `time.monotonic` of the beginning.
     """
     plan, folder = setup.plan, store.folder
-    metrics = joined(list(_metrics(setup, store, lost)))
+    metrics = joined(list(_metrics(setup, store)))
     if plan.signals != "none":
-        store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store, lost)))
+        store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store)))
     chosen, note = worlds_to_record(plan.record, metrics)
     recordings = _record(setup, store, chosen, metrics, manifest)
     failed = finish.failures(metrics, plan.grid.keys)
@@ -87,9 +83,9 @@ def in_memory(setup: Setup, manifest: dict[str, Any], outputs: Sequence[Output],
     )
 
 
-def _metrics(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator[pa.Table]:
+def _metrics(setup: Setup, store: Store) -> Iterator[pa.Table]:
     for chunk in setup.plan.chunks():
-        table = lost[chunk.index].metrics if chunk.index in lost else store.metrics(chunk)
+        table = store.metrics(chunk)
         if table is None:
             raise StorageError(
                 f"chunk {chunk.index} of {store.folder} cannot be read any more; "
@@ -98,10 +94,9 @@ def _metrics(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator
         yield table
 
 
-def _signals(setup: Setup, store: Store, lost: Mapping[int, Output]) -> Iterator[pa.Table]:
+def _signals(setup: Setup, store: Store) -> Iterator[pa.Table]:
     for chunk in setup.plan.chunks():
-        if chunk.index not in lost:  # what it left on the disk is not of a finished chunk
-            yield from store.signals(chunk)
+        yield from store.signals(chunk)
 
 
 def _record(

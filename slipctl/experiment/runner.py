@@ -9,11 +9,11 @@ from pathlib import Path
 
 from slipctl import scenario as files
 from slipctl.experiment import assemble
-from slipctl.experiment.chunk import Output, Setup, lost
+from slipctl.experiment.chunk import Output, Setup
 from slipctl.experiment.chunkfiles import resume_command
 from slipctl.experiment.conclude import conclude, in_memory
 from slipctl.experiment.errors import Interrupted, StorageError
-from slipctl.experiment.executors import Executor, Lost, choose
+from slipctl.experiment.executors import Executor, Finished, choose
 from slipctl.experiment.finish import manifest
 from slipctl.experiment.machine import machine, versions
 from slipctl.experiment.own import OwnLaws, check_labels
@@ -178,20 +178,17 @@ def _on_disk(
     new: bool,
 ) -> Result:
     plan = setup.plan
-    lost_ones: dict[int, Output] = {}
     try:
         for ended in _simulate(setup, executor, store, _kept(plan, store), progress):
-            if isinstance(ended, Lost):
-                lost_ones[ended.chunk.index] = lost(plan, ended.chunk, ended.reason)
-            elif ended.output is not None:
+            if ended.output is not None:
                 store.keep(ended.output)
-        return conclude(setup, told, store, lost_ones, began)
+        return conclude(setup, told, store, began)
     except BaseException as error:
         if store.published is not None:  # all is done but for removing what is no longer needed
             raise
         kept = _listed(store)  # on the disk: a chunk may be there of which nobody was told yet
         # what somebody else began is never removed, and neither is what could not be looked into
-        if new and kept == set() and not lost_ones and not isinstance(error, StorageError):
+        if new and kept == set() and not isinstance(error, StorageError):
             store.discard()
             raise
         store.close()
@@ -220,9 +217,8 @@ def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | Non
     interrupted = False
     try:
         for ended in _simulate(setup, executor, None, set(), progress):
-            output = lost(setup.plan, ended.chunk, ended.reason) if isinstance(ended, Lost) else ended.output
-            assert output is not None, "nothing is on the disk"
-            outputs[ended.chunk.index] = output
+            assert ended.output is not None, "nothing is on the disk"
+            outputs[ended.chunk.index] = ended.output
     except KeyboardInterrupt:
         interrupted = True
         if not outputs:
@@ -232,7 +228,7 @@ def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | Non
 
 def _simulate(
     setup: Setup, executor: Executor, store: Store | None, kept: set[int], progress: Progress | None
-) -> Iterator:
+) -> Iterator[Finished]:
     """Yield what becomes of every chunk that is not kept yet, and tell how far all of it is."""
     plan, tell = setup.plan, progress or (lambda done, total, text: None)
     total = int(plan.ticks.sum()) * len(plan.entrants)

@@ -25,12 +25,14 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
     """Start a scheduler and two workers with a nanny each, which restarts them; return the address."""
-    distributed = pytest.importorskip("distributed")
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     os.environ[deadly.MARK] = str(tmp_path_factory.mktemp("mark") / "mark")
     os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as cluster:
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    # given up after the second death of a worker, not the fourth: each takes seconds to be replaced
+    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+        started = distributed.LocalCluster(**options)
+    with started as cluster:
         yield cluster.scheduler_address
 
 
@@ -70,6 +72,15 @@ def test_a_chunk_that_always_ends_its_worker_is_reported_and_the_rest_goes_on(tm
     assert all("ended every Dask worker" in entry["failure"] for entry in result.failures)
     for before, now in zip(whole, result.metrics.to_pylist(), strict=True):
         assert now["status"] == "failed" if now["world"] in dead else now == before
+
+
+def test_a_world_that_ends_its_worker_takes_no_other_with_it(tmp_path, on):
+    whole = pq.read_table(swept(tmp_path) / "metrics.parquet").to_pylist()
+    on(deadly.die_of_one_world)
+    result = run(moment(), out=tmp_path, record="none")
+    assert [entry["world"] for entry in result.failures] == [deadly.DEADLY_WORLD] * 2
+    for before, now in zip(whole, result.metrics.to_pylist(), strict=True):
+        assert now["status"] == "failed" if now["world"] == deadly.DEADLY_WORLD else now == before
 
 
 def test_a_chunk_that_raises_ends_the_experiment_with_what_it_raised(on):

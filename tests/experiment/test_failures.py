@@ -13,10 +13,13 @@ from slipctl.cli import main
 from slipctl.control.nominal_kinematic import NominalKinematic
 from slipctl.experiment import chunk as chunks
 from slipctl.experiment import run
+from slipctl.experiment.assemble import read_robot
 from slipctl.experiment.batch import run_batch
 from slipctl.experiment.errors import ResumeError, WorkerError
 from slipctl.experiment.executors.local_workers import LocalWorkers
+from slipctl.experiment.executors.suspects import Suspects
 from slipctl.experiment.own import KnownRobot
+from slipctl.experiment.plan import make_plan
 from slipctl.experiment.replay import replay_command, scenario_of
 from slipctl.metrics import UNITS
 from slipctl.theory.robust import chain_gains
@@ -234,8 +237,46 @@ def test_a_chunk_that_always_ends_its_worker_is_reported_and_the_rest_goes_on(tm
     assert len(whole) == 2 * WORLDS
     assert [entry["world"] for entry in result.failures] == [world for world in dead for _ in range(2)]
     assert {entry["failure"] for entry in result.failures} == {
-        "ended 2 worker processes (with exit status 9)"
+        "ended 2 worker processes, alone in each (with exit status 9)"
     }
+
+
+@pytest.mark.parametrize("to_disk", [True, False])
+def test_a_world_that_ends_its_worker_takes_no_other_with_it(to_disk, tmp_path, workers):
+    scenario = moment()
+    whole = swept(tmp_path, scenario)
+    workers(deadly.die_of_one_world)
+    result = run(scenario, out=tmp_path if to_disk else None, record="none")
+    assert [entry["world"] for entry in result.failures] == [deadly.DEADLY_WORLD] * 2
+    alive = [row["world"] != deadly.DEADLY_WORLD for row in rows(whole)]
+    before = pq.read_table(whole / "metrics.parquet").filter(alive)
+    assert result.metrics.filter(alive).to_pylist() == before.to_pylist()
+    signals = pq.read_table(whole / "signals.parquet")
+    places = [run // 2 != deadly.DEADLY_WORLD for run in signals["run"].to_pylist()]
+    kept = pq.read_table(result.folder / "signals.parquet") if result.folder else result.signals
+    assert kept.equals(signals.filter(places))
+
+
+def test_pieces_are_halved_until_the_deadly_worlds_are_alone():
+    plan = make_plan(moment(), {}, record="none", signals="none", worlds=None, keep_going=True, workers=1)
+    robot = read_robot(plan.scenario)
+    (chunk,) = plan.chunks()
+    deadly_ones, suspects, starts = {2, 3, 11}, Suspects(plan), 0
+    waiting, whole = [chunk], None
+    while waiting:
+        piece = waiting.pop()
+        starts += 1
+        if deadly_ones & set(piece.worlds):
+            waiting += suspects.ended(piece, "planted")
+        else:
+            suspects.done(piece, chunks.simulate_chunk(chunks.Setup(plan, robot), piece))
+        whole = suspects.finished(chunk.index)
+    assert whole is not None
+    assert whole.output is not None
+    told = whole.output.metrics.to_pylist()
+    assert [row["run"] for row in told] == list(range(2 * WORLDS))
+    assert {row["world"] for row in told if row["status"] == "failed"} == deadly_ones
+    assert starts <= 2 + 2 * 3 * 4 + 3
 
 
 def mine(known: KnownRobot) -> NominalKinematic:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 import time
+from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -14,7 +15,8 @@ from uuid import uuid4
 from slipctl.experiment.chunk import Output, Setup, simulate_chunk
 from slipctl.experiment.errors import ClusterError, WorkerError
 from slipctl.experiment.executors.order import Order, Simulate, order, setup_of, version_problem
-from slipctl.experiment.executors.protocol import Finished, Lost, Progress
+from slipctl.experiment.executors.protocol import Finished, Progress
+from slipctl.experiment.executors.suspects import Suspects
 from slipctl.experiment.machine import versions
 from slipctl.experiment.plan import Chunk
 from slipctl.experiment.store import ChunkFiles
@@ -41,7 +43,8 @@ class DaskCluster:
     """Simulates on the workers of a Dask scheduler.
 
     A worker that dies is no loss: Dask does its chunks elsewhere. A chunk that Dask gives up, as it was on
-    every worker that died, is tried once more alone, as a neighbour may have been the cause.
+    every worker that died, is tried once more alone, as a neighbour may have been the cause. Then it is
+    taken apart, so that no world is lost with one that is deadly.
 
     Attributes
     ----------
@@ -70,7 +73,7 @@ class DaskCluster:
 
     def run(
         self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
-    ) -> Generator[Finished | Lost, None, None]:
+    ) -> Generator[Finished, None, None]:
         """Yield chunks as they end, with what they gave: the cluster need not share a disk.
 
         Raises
@@ -88,14 +91,12 @@ class DaskCluster:
             threads = _checked_threads(client, dict(what.versions), self.address)
             name = f"slipctl-{uuid4().hex}"
             waiting = iter(chunks)
-            suspects: list[Chunk] = []
+            deadly: list[Chunk] = []
             ended = _Ended(distributed, client, self.address, what, self.simulate, name)
-            yield from ended.all_of(waiting, max(2, AHEAD * threads), suspects)
-            for chunk in suspects:
-                again: list[Chunk] = []
-                yield from ended.all_of(iter([chunk]), 1, again)
-                if again:
-                    yield Lost(chunk, f"ended every Dask worker that tried it ({ended.reason})")
+            yield from ended.all_of(waiting, max(2, AHEAD * threads), deadly)
+            suspects = Suspects(setup.plan)
+            for chunk in deadly:
+                yield from ended.in_pieces(chunk, suspects)
 
 
 class _Ended:
@@ -135,6 +136,21 @@ class _Ended:
             for new, more in map(self._submit, islice(waiting, 1)):
                 held[new] = more
                 ended.add(new)
+
+    def in_pieces(self, chunk: Chunk, suspects: Suspects) -> Iterator[Finished]:
+        """Do a chunk that has ended every worker which tried it, one piece after the other."""
+        whole: Finished | None = None
+        waiting = deque(suspects.ended(chunk, self.reason))
+        while waiting:
+            piece, again = waiting.popleft(), []
+            for finished in self.all_of(iter([piece]), 1, again):
+                assert finished.output is not None, "a cluster shares no disk"
+                suspects.done(piece, finished.output)
+            for deadly in again:
+                waiting += suspects.ended(deadly, f"ended every Dask worker that tried it ({self.reason})")
+            whole = suspects.finished(chunk.index)
+        assert whole is not None, "every world is done or given up"
+        yield whole
 
     def _wait_for(self, ended: Any) -> None:
         """Wait until something has come back, or until there has been no worker for too long."""

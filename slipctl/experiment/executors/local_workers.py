@@ -1,4 +1,4 @@
-"""Worker processes of this machine. One that dies is replaced, and its chunk is done again."""
+"""Worker processes of this machine. One that dies is replaced; its chunk is done again, or taken apart."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pickle
 import signal
 import threading
 import traceback
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -19,11 +19,9 @@ from slipctl.experiment.chunk import Setup, simulate_chunk
 from slipctl.experiment.chunkfiles import ChunkFiles
 from slipctl.experiment.errors import WorkerError
 from slipctl.experiment.executors.order import Order, Simulate, order, setup_of
-from slipctl.experiment.executors.protocol import Finished, Lost, Progress
+from slipctl.experiment.executors.protocol import Finished, Progress
+from slipctl.experiment.executors.suspects import DEATHS, Suspects
 from slipctl.experiment.plan import Chunk
-
-DEATHS = 2
-"""A chunk that ends so many workers is not tried again."""
 
 STARTS = 3
 """So many workers that die before their first chunk end the experiment."""
@@ -48,7 +46,7 @@ class LocalWorkers:
 
     def run(
         self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
-    ) -> Generator[Finished | Lost, None, None]:
+    ) -> Generator[Finished, None, None]:
         """Yield chunks as they end.
 
         Raises
@@ -61,17 +59,20 @@ class LocalWorkers:
         waiting = deque(chunks)
         what = (order(setup, self.threads), files, self.simulate)
         crew = [_Worker(what) for _ in range(min(self.workers, len(waiting)))]
-        deaths: Counter[int] = Counter()
+        suspects = Suspects(setup.plan)
         stillborn = 0
         try:
             while any(not worker.idle for worker in crew) or waiting:
                 for pipe in wait([worker.pipe for worker in crew if not worker.idle]):
                     worker = next(worker for worker in crew if worker.pipe is pipe)
                     answer = worker.answer()
-                    if answer is not None:
-                        if isinstance(answer, Finished):
-                            yield answer
-                    else:
+                    ended: Finished | None = None
+                    if isinstance(answer, Finished):
+                        ended = answer
+                        if answer.output is not None and suspects.is_piece(answer.chunk):
+                            suspects.done(answer.chunk, answer.output)
+                            ended = suspects.finished(answer.chunk.index)
+                    elif answer is None:
                         chunk = worker.chunk
                         crew[crew.index(worker)] = _Worker(what)
                         how = worker.bury()
@@ -80,14 +81,18 @@ class LocalWorkers:
                             if stillborn >= STARTS:
                                 raise WorkerError(f"worker processes die at their start ({how})")
                             continue
-                        deaths[chunk.index] += 1
-                        if deaths[chunk.index] >= DEATHS:
-                            yield Lost(chunk, f"ended {DEATHS} worker processes ({how})")
-                        else:
-                            waiting.append(chunk)
+                        again = suspects.ended(
+                            chunk, f"ended {DEATHS} worker processes, alone in each ({how})"
+                        )
+                        waiting.extend(again)
+                        if not again:
+                            ended = suspects.finished(chunk.index)
+                    if ended is not None:
+                        yield ended
                 for worker in crew:
                     if worker.idle and waiting:
-                        worker.give(waiting.popleft())
+                        chunk = waiting.popleft()
+                        worker.give(chunk, piece=suspects.is_piece(chunk))
         finally:
             for worker in crew:
                 worker.end()
@@ -105,10 +110,10 @@ class _Worker:
         self.chunk: Chunk | None = None
         self.idle = False  # not before it has said that it is ready
 
-    def give(self, chunk: Chunk) -> None:
+    def give(self, chunk: Chunk, piece: bool) -> None:
         self.chunk, self.idle = chunk, False
         with contextlib.suppress(OSError):  # it has died: the next look at the pipe says so
-            self.pipe.send(chunk)
+            self.pipe.send((chunk, piece))
 
     def answer(self) -> Any:
         """Return what the worker says, or None where it has died.
@@ -167,11 +172,12 @@ def _serve(pipe: Connection, order: Order, files: ChunkFiles | None, simulate: S
         setup = setup_of(order)
         pipe.send("ready")
         while True:
-            chunk = pipe.recv()
+            chunk, piece = pipe.recv()
             output = simulate(setup, chunk, order.threads)
-            if files is not None:
+            keeps = files is not None and not piece  # pieces are put together by who asked
+            if files is not None and keeps:
                 files.keep(output)
-            pipe.send(Finished(chunk, output if files is None else None))
+            pipe.send(Finished(chunk, None if keeps else output))
     except (EOFError, BrokenPipeError, ConnectionError):
         return  # nobody asks any more
     except Exception as error:

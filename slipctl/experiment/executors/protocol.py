@@ -22,25 +22,12 @@ class Finished:
     ----------
     chunk : Chunk
     output : Output or None
-        None where it is on the disk already.
+        None where it is on the disk already. Runs of worlds that end every process which simulates them
+        have the status ``failed`` in it.
     """
 
     chunk: Chunk
     output: Output | None
-
-
-@dataclass(frozen=True)
-class Lost:
-    """A chunk that ends every process which simulates it.
-
-    Attributes
-    ----------
-    chunk : Chunk
-    reason : str
-    """
-
-    chunk: Chunk
-    reason: str
 
 
 class Executor(Protocol):
@@ -48,7 +35,7 @@ class Executor(Protocol):
 
     def run(
         self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
-    ) -> Generator[Finished | Lost, None, None]:
+    ) -> Generator[Finished, None, None]:
         """Yield every chunk once, as it ends. Closing the iterator ends all work.
 
         Parameters
