@@ -42,22 +42,22 @@ def explain(error: Exception) -> Exit:
     if isinstance(
         error, BadInput | ScenarioError | OutputError | choices | ModelError | ResumeError | ClusterError
     ):
-        print(error, file=sys.stderr)
+        _say(error, str(error))
         return Exit.BAD_INPUT
     if isinstance(error, RecordingError | ViewerError | StorageError | WorkerError):
-        _say(error)
+        _say(error, str(error))
         return Exit.NOT_JUDGED
     if isinstance(error, OSError):
-        print(f"could not go on: {error}", file=sys.stderr)
+        _say(error, f"could not go on: {error}")
         return Exit.NOT_JUDGED
     return _defect(error)
 
 
-def _say(error: Exception) -> None:
+def _say(error: Exception, message: str) -> None:
     """Say what happened, and what was added on how to go on, which the message may say already."""
-    print(error, file=sys.stderr)
+    print(message, file=sys.stderr)
     for note in getattr(error, "__notes__", ()):
-        if note.startswith("what is finished") and "go on: " not in str(error):
+        if note.startswith("what is finished") and "go on: " not in message:
             print(note, file=sys.stderr)
 
 

@@ -44,8 +44,8 @@ def lines(metrics: pa.Table, varied: tuple[str, ...]) -> Iterator[str]:
         if known.any():
             middle, high = np.quantile(rms[known], [0.5, 0.95])
             yield (
-                f"  of {known.sum():,} completed: RMS error {_mm(middle)} mm in the middle, {_mm(high)} mm at "
-                f"most in 95 % of them, {_mm(rms[known].max())} mm at worst; "
+                f"  of {known.sum():,} completed: RMS error {_mm(middle)} mm in the middle, {_mm(high)} mm "
+                f"at most in 95 % of them, {_mm(rms[known].max())} mm at worst; "
                 f"{(largest[known] <= ON_THE_PATH).sum():,} stay within {1e3 * ON_THE_PATH:.0f} mm"
             )
     finite = np.where(np.isfinite(largest), largest, -1.0)

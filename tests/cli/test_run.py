@@ -9,6 +9,7 @@ import pytest
 
 from slipctl.cli import main
 from slipctl.experiment import Interrupted
+from slipctl.experiment.errors import ClusterError
 from tests.fakes import SHORT_SCENARIO, FakeResult, payload, run_entry
 
 RUNS = [run_entry("nominal_kinematic"), run_entry("robust_kinematic", rms=0.0004, status="tipped")]
@@ -283,6 +284,18 @@ def test_a_full_disk_is_a_message_and_exit_3(engine, capsys):
     engine.answer = OSError(28, "No space left on device")
     assert main(["run", "friction-sweep"]) == 3
     assert capsys.readouterr().err == "could not go on: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "status"), [(OSError("the network is down"), 3), (ClusterError("no answer"), 2)]
+)
+def test_what_stops_a_sweep_says_how_to_go_on_where_something_is_kept(engine, capsys, error, status):
+    error.add_note("what is finished is kept; go on: slipctl sweep --resume x.unfinished")
+    engine.answer = error
+    assert main(["run", "friction-sweep"]) == status
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith(str(error))
+    assert second == "what is finished is kept; go on: slipctl sweep --resume x.unfinished"
 
 
 def test_a_real_run_writes_what_it_prints(tmp_path, capsys, monkeypatch):
