@@ -27,8 +27,9 @@ CONNECT_TIMEOUT = 15.0
 WORKER_TIMEOUT = 60.0
 """How long its first worker may take to appear: one that has died takes a while to be started again [s]."""
 
-LOOK = 2.0
-"""How often is looked whether there is still a worker, where nothing comes back [s]."""
+LOOK = 0.5
+"""How often is looked whether there is still a worker, where nothing comes back [s]: often enough to see one
+that a deadly chunk ends soon after its start."""
 
 POLL = 0.02
 """How long is slept between two looks at what came back [s]."""
