@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipctl.experiment import assemble
 from slipctl.experiment.batch import Run, batches, failed_run, run_batch
+from slipctl.experiment.errors import WorkerError
 from slipctl.experiment.own import OwnLaws
 from slipctl.experiment.plan import Chunk, Plan
 from slipctl.experiment.rows import joined, run_table
@@ -71,6 +72,13 @@ def simulate_chunk(
         For MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
     progress : callable, optional
         Told the number of world-ticks done.
+
+    Raises
+    ------
+    WorkerError
+        Where the machine lacks memory, or a file cannot be read.
+    Exception
+        What a run raised, unless the plan says to keep going.
     """
     grid, tell = setup.plan.grid, progress or (lambda done: None)
     runs, done = [], 0
@@ -124,6 +132,14 @@ def _runs(
             yield runs
             left.pop(0)
         return
+    except (MemoryError, OSError) as error:
+        # of the machine, not of these worlds: they must not be called failed for good
+        first, last = indices[0], indices[-1]
+        raise WorkerError(
+            f"worlds {first} to {last} could not be simulated on this machine: {_reason(error)}; "
+            "this is said of the machine, not of the worlds: free memory or take fewer workers, "
+            "or put right what is named"
+        ) from error
     except Exception as error:
         if not plan.keep_going:
             raise

@@ -10,9 +10,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from slipctl.cli import main
+from slipctl.cli.exits import Exit, explain
 from slipctl.control.nominal_kinematic import NominalKinematic
 from slipctl.experiment import chunk as chunks
-from slipctl.experiment import run
+from slipctl.experiment import resume, run
 from slipctl.experiment.assemble import read_robot
 from slipctl.experiment.batch import run_batch
 from slipctl.experiment.errors import ResumeError, WorkerError
@@ -103,6 +104,28 @@ def test_what_was_finished_before_a_defect_is_kept(tmp_path, broken, monkeypatch
     left = tmp_path / "moment.unfinished"
     assert said.value.__notes__ == [f"what is finished is kept; go on: slipctl sweep --resume {left}"]
     assert len(list(left.glob("chunks/*.arrow"))) == 2
+
+
+@pytest.mark.parametrize("lacking", [MemoryError("planted"), OSError(24, "Too many open files")])
+def test_what_the_machine_lacks_is_not_said_of_the_worlds(lacking, tmp_path, monkeypatch, capsys):
+    whole = swept(tmp_path / "whole")
+    monkeypatch.setattr("slipctl.experiment.plan.LARGEST_CHUNK", 3)
+
+    def short_of(grid, indices, *rest, **options):
+        if 7 in indices:
+            raise lacking
+        return run_batch(grid, indices, *rest, **options)
+
+    left = tmp_path / "moment.unfinished"
+    with monkeypatch.context() as patch:
+        patch.setattr(chunks, "run_batch", short_of)
+        with pytest.raises(WorkerError, match="worlds 6 to 8 could not be simulated on this machine") as said:
+            run(moment(), out=tmp_path, record="none", keep_going=True)
+    assert explain(said.value) == Exit.NOT_JUDGED
+    assert f"go on: slipctl sweep --resume {left}" in capsys.readouterr().err
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == parquet_bytes(whole)
 
 
 def test_the_command_says_what_failed_and_how_to_run_it_again(tmp_path, broken, capsys, monkeypatch):
