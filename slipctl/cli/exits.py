@@ -57,7 +57,7 @@ def _say(error: Exception, message: str) -> None:
     """Say what happened, and what was added on how to go on, which the message may say already."""
     print(message, file=sys.stderr)
     for note in getattr(error, "__notes__", ()):
-        if note.startswith("what is finished") and "go on: " not in message:
+        if note.startswith("what is finished") and "--resume" not in message:
             print(note, file=sys.stderr)
 
 
