@@ -90,8 +90,15 @@ def write_metrics(file: IO[bytes], metrics: pa.Table) -> None:
     pq.write_table(metrics, file)
 
 
-def manifest(setup: Setup) -> dict[str, Any]:
-    """Return what can be said of an experiment before it runs."""
+def manifest(setup: Setup, *, resumed: bool = False) -> dict[str, Any]:
+    """Return what can be said of an experiment before it runs.
+
+    Parameters
+    ----------
+    setup : Setup
+    resumed : bool
+        Whether it goes on with what was begun before: its ``wall_time`` is then that of the last part alone.
+    """
     plan, robot = setup.plan, setup.robot
     scenario = plan.scenario
     told = {
@@ -103,6 +110,7 @@ def manifest(setup: Setup) -> dict[str, Any]:
         "versions": versions(),
         "machine": machine(),
         "worlds": len(plan.worlds),
+        "resumed": resumed,
         "controllers": [config.label for config in scenario.controller],
         "scenario_file": files.dump(scenario),
         "scenario_given": files.given(scenario),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import re
@@ -16,6 +17,9 @@ CPU_INFO = Path("/proc/cpuinfo")
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 """What systems call one architecture, by the name that is used here."""
 
+SOURCE = "slipctl source"
+"""Where the hash of the source stands among the versions."""
+
 VENDORS = ("vendor_id", "CPU implementer")
 FAMILIES = ("cpu family", "CPU architecture")
 """Keys of Linux's description of a processor, of x86 and of ARM."""
@@ -29,6 +33,26 @@ def versions() -> dict[str, str]:
 @cache
 def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("slipctl", "mujoco", "numpy", "scipy", "rerun-sdk", "pyarrow")}
+
+
+def exact_versions() -> dict[str, str]:
+    """Return the versions, and a hash of this package's source under `SOURCE`.
+
+    Parts of one experiment must agree in all of it: a version says nothing of a source that was edited.
+    """
+    return {**versions(), SOURCE: source()}
+
+
+@cache
+def source() -> str:
+    """Return a hash of the names and text of all Python files of this package, as they are now."""
+    package = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py"), key=lambda path: path.relative_to(package).parts):
+        # line ends depend on how it was installed, not on what it does
+        text = path.read_bytes().replace(b"\r\n", b"\n")
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + text + b"\0")
+    return f"sha256:{digest.hexdigest()[:16]}"
 
 
 def machine() -> dict[str, Any]:

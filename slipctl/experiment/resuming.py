@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from slipctl.experiment import assemble
 from slipctl.experiment.chunk import Setup
 from slipctl.experiment.errors import ResumeError
 from slipctl.experiment.executors.order import version_problem
-from slipctl.experiment.machine import versions
+from slipctl.experiment.machine import exact_versions, machine
 from slipctl.experiment.plan import Plan
 
 
@@ -37,23 +38,31 @@ def same_as_before(
         Where versions, scenario or model are others: the rest would not fit what is there.
     """
     try:
-        wrong = version_problem(content["versions"], dict(versions()))
+        wrong = version_problem(content["versions"], exact_versions())
         if wrong is not None:
             raise ResumeError(f"{folder} was begun with other versions: here {wrong}")
         if content["own_laws"]:
             raise ResumeError(
                 f"{folder} has own laws ({', '.join(content['own_laws'])}), which are not in it: run it again"
             )
+        then, now = content["machine"]["family"], machine()["family"]
         plan = read(content)
         begun = content["scenario_id"], content["model_id"]
     except (KeyError, TypeError, ValidationError, ValueError) as error:
         raise ResumeError(f"the plan in {folder} cannot be read: {error!r}") from error
     robot = assemble.read_robot(plan.scenario)
     here = files.scenario_id(plan.scenario), robot.model_id
-    for name, its, now in zip(("scenario", "model"), begun, here, strict=True):
-        if its != now:
+    for name, its, found in zip(("scenario", "model"), begun, here, strict=True):
+        if its != found:
             raise ResumeError(
-                f"{folder} was begun with another {name}: {its} then, {now} now; "
+                f"{folder} was begun with another {name}: {its} then, {found} now; "
                 "a file that the scenario names has changed"
             )
+    if then != now:
+        # the last digit of a sine may differ: nothing is wrong with it, but the bytes are not the same
+        print(
+            f"{folder} was begun on another family of processor ({then}, here {now}): "
+            "the last digits of what is left to do may differ",
+            file=sys.stderr,
+        )
     return Setup(plan, robot)

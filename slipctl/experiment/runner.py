@@ -15,7 +15,7 @@ from slipctl.experiment.conclude import conclude, in_memory
 from slipctl.experiment.errors import Interrupted, StorageError
 from slipctl.experiment.executors import Executor, Finished, choose
 from slipctl.experiment.finish import manifest
-from slipctl.experiment.machine import machine, versions
+from slipctl.experiment.machine import exact_versions, machine
 from slipctl.experiment.own import OwnLaws, check_labels
 from slipctl.experiment.plan import Chunk, Plan, make_plan, read_plan
 from slipctl.experiment.record import check_choice
@@ -119,7 +119,7 @@ def run(
     if out is None:
         return _here(setup, told, executor, progress)
     identity = {key: told[key] for key in ("scenario", "scenario_id", "model_id")}
-    kept = {**identity, "versions": versions(), "machine": machine(), "own_laws": list(laws), **plan.json()}
+    kept = {**identity, "versions": exact_versions(), "machine": machine(), "own_laws": list(laws), **plan.json()}
     store = Store.create(Path(out), scenario.name, kept)
     if begun is not None:
         begun(store.folder, -(-len(plan.worlds) // plan.chunk_worlds))
@@ -160,7 +160,7 @@ def resume(
     try:
         executor = choose(workers, dask, threads)
         setup = same_as_before(store.folder, store.plan, read_plan)
-        told = manifest(setup)
+        told = manifest(setup, resumed=True)
     except BaseException:
         store.close()
         raise

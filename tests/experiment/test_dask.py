@@ -95,7 +95,7 @@ def raising(setup, chunk, threads):
 
 def test_other_versions_on_a_worker_are_refused(cluster, monkeypatch, tmp_path):
     other = {"slipctl": "0.0.1", "mujoco": "3.0.0"}
-    monkeypatch.setattr(dask_cluster, "versions", lambda: other)
+    monkeypatch.setattr(dask_cluster, "exact_versions", lambda: other)
     with pytest.raises(ClusterError, match="the workers must have the versions of this machine") as said:
         run(moment(), out=tmp_path, dask=cluster)
     lines = str(said.value).splitlines()
@@ -129,7 +129,7 @@ def test_what_is_no_address_is_said_at_once(address, capsys, tmp_path):
 
 
 def test_a_cluster_is_asked_before_the_folder_is_made(cluster, monkeypatch, tmp_path):
-    monkeypatch.setattr(dask_cluster, "versions", lambda: {"slipctl": "0.0.1"})
+    monkeypatch.setattr(dask_cluster, "exact_versions", lambda: {"slipctl": "0.0.1"})
     with pytest.raises(ClusterError, match=r"needed is 0\.0\.1"):
         run(moment(), out=tmp_path / "runs", dask=cluster)
     assert not (tmp_path / "runs").exists()

@@ -3,7 +3,7 @@
 import pytest
 
 from slipctl.experiment import machine as module
-from slipctl.experiment.machine import family, machine
+from slipctl.experiment.machine import family, machine, source
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,18 @@ def test_without_it_a_machine_still_has_a_family(tmp_path, monkeypatch):
     found = machine()
     assert found["family"]
     assert found.keys() == {"system", "architecture", "processor", "family", "cores", "python"}
+
+
+def test_the_hash_of_the_source_is_of_names_and_text_but_not_of_line_ends(tmp_path, monkeypatch):
+    def hashed(files):
+        package = tmp_path / str(len(list(tmp_path.iterdir())))
+        for name, content in files.items():
+            (package / name).parent.mkdir(parents=True, exist_ok=True)
+            (package / name).write_bytes(content)
+        monkeypatch.setattr(module, "__file__", str(package / "inner" / "machine.py"))
+        return source.__wrapped__()
+
+    first = hashed({"a.py": b"1\n2\n", "inner/b.py": b"3"})
+    assert hashed({"a.py": b"1\r\n2\r\n", "inner/b.py": b"3", "note.txt": b"4"}) == first
+    others = ({"a.py": b"1\n3\n", "inner/b.py": b"3"}, {"c.py": b"1\n2\n", "inner/b.py": b"3"}, {"a.py": b"1\n2\n"})
+    assert len({first, *map(hashed, others)}) == 4

@@ -20,6 +20,7 @@ from slipctl import scenario as files
 from slipctl.experiment import Interrupted, resume, run
 from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError
+from slipctl.experiment.machine import SOURCE
 from slipctl.experiment.plan import Chunk
 from slipctl.experiment.store import CHECKSUM, Store, checksum
 from tests.sweeps import WORLDS, moment, parquet_bytes, swept
@@ -70,9 +71,12 @@ def test_ctrl_c_keeps_finished_chunks_and_resume_ends_in_the_same_bytes(tmp_path
     left = interrupted(tmp_path)
     assert names(tmp_path) == ["moment.unfinished"]
     assert len(list((left / "chunks").glob("*.arrow"))) == 3
-    folder = resume(left).folder
+    finished = resume(left)
+    folder = finished.folder
     assert folder is not None
     assert folder == tmp_path / "moment"
+    assert finished.manifest["resumed"]
+    assert not run(moment()).manifest["resumed"]
     assert names(tmp_path) == ["moment"]
     assert names(folder) == ["manifest.json", "metrics.parquet", "signals.parquet"]
     assert parquet_bytes(folder) == whole
@@ -403,6 +407,29 @@ def test_other_versions_are_refused_in_one_line(tmp_path, monkeypatch):
         resume(left)
     assert str(said.value) == f"{left} was begun with other versions: here mujoco is {now}, needed is 3.0.0"
     assert names(left / "chunks") == before
+
+
+def test_another_source_of_slipctl_is_refused(tmp_path, monkeypatch):
+    left = interrupted(tmp_path)
+    now = json.loads((left / "plan.json").read_text(encoding="utf-8"))["versions"][SOURCE]
+    monkeypatch.setattr("slipctl.experiment.machine.source", lambda: "sha256:0")
+    with pytest.raises(ResumeError, match=f"other versions: here slipctl source is sha256:0, needed is {now}"):
+        resume(left)
+
+
+def test_another_family_of_processor_is_told(tmp_path, whole, capsys):
+    left = interrupted(tmp_path)
+    content = json.loads((left / "plan.json").read_text(encoding="utf-8"))
+    content["machine"]["family"] = "abacus 1"
+    signed(left / "plan.json", content)
+    chunks = left / "chunks"
+    for path in chunks.iterdir():
+        path.unlink()  # of another plan
+    folder = resume(left).folder
+    assert folder is not None
+    told = capsys.readouterr().err
+    assert told.startswith(f"{left} was begun on another family of processor (abacus 1, here ")
+    assert parquet_bytes(folder) == whole
 
 
 def test_what_a_death_between_the_last_two_steps_left_is_removed(tmp_path, whole):

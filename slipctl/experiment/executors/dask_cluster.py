@@ -17,7 +17,7 @@ from slipctl.experiment.errors import ClusterError, WorkerError
 from slipctl.experiment.executors.order import Order, Simulate, order, setup_of, version_problem
 from slipctl.experiment.executors.protocol import Finished, Progress
 from slipctl.experiment.executors.suspects import Suspects
-from slipctl.experiment.machine import versions
+from slipctl.experiment.machine import SOURCE, exact_versions
 from slipctl.experiment.plan import Chunk
 from slipctl.experiment.store import ChunkFiles
 
@@ -70,7 +70,7 @@ class DaskCluster:
             Where it cannot be reached, has no workers, or has other versions than this machine.
         """
         with _client(_distributed(), self.address) as client:
-            _checked_threads(client, dict(versions()), self.address)
+            _checked_threads(client, exact_versions(), self.address)
 
     def run(
         self, setup: Setup, chunks: Iterable[Chunk], files: ChunkFiles | None, progress: Progress
@@ -224,19 +224,24 @@ def _checked_threads(client: Any, needed: dict[str, str], address: str) -> int:
             f"the scheduler at {address} has no worker; start some: dask worker {address}"
         ) from error
 
-    def versions_there(names: list[str]) -> dict[str, str | None]:
+    def versions_there(names: list[str], source_name: str) -> dict[str, str | None]:
         # defined here so that it travels as code: a worker without slipctl can still tell that it has none
         from importlib.metadata import PackageNotFoundError, version
 
         found: dict[str, str | None] = {}
         for name in names:
             try:
-                found[name] = version(name)
-            except PackageNotFoundError:
+                if name == source_name:
+                    from slipctl.experiment.machine import source
+
+                    found[name] = source()
+                else:
+                    found[name] = version(name)
+            except (PackageNotFoundError, ImportError):
                 found[name] = None
         return found
 
-    answers = client.run(versions_there, list(needed))
+    answers = client.run(versions_there, list(needed), SOURCE)
     wrong = {place: version_problem(needed, found) for place, found in answers.items()}
     lines = [f"  {place}: {problem}" for place, problem in sorted(wrong.items()) if problem is not None]
     if lines:

@@ -11,7 +11,7 @@ from slipctl import scenario as scenarios
 from slipctl.experiment import assemble
 from slipctl.experiment.chunk import Output, Setup
 from slipctl.experiment.errors import WorkerError
-from slipctl.experiment.machine import versions
+from slipctl.experiment.machine import exact_versions
 from slipctl.experiment.plan import Chunk, read_plan
 
 Simulate = Callable[[Setup, Chunk, int | None], Output]
@@ -58,7 +58,7 @@ def order(setup: Setup, threads: int | None) -> Order:
         plan=json.dumps(plan.json(), allow_nan=False),
         scenario_id=scenarios.scenario_id(plan.scenario),
         model_id=setup.robot.model_id,
-        versions=tuple(versions().items()),
+        versions=tuple(exact_versions().items()),
         threads=threads or 1,
     )
 
@@ -72,7 +72,7 @@ def setup_of(order: Order) -> Setup:
     WorkerError
         Where this process would simulate something else.
     """
-    wrong = version_problem(dict(order.versions), versions())
+    wrong = version_problem(dict(order.versions), exact_versions())
     if wrong is not None:
         raise WorkerError(f"a worker cannot take part: {wrong}")
     plan = read_plan(json.loads(order.plan))
