@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from slipctl.experiment import finish
+from slipctl.experiment import durable, finish
 from slipctl.experiment.chunk import Output, Setup, simulate_chunk
-from slipctl.experiment.chunkfiles import resume_command
+from slipctl.experiment.chunkfiles import resume_command, storage_error
 from slipctl.experiment.errors import StorageError
 from slipctl.experiment.plan import canonical_json
 from slipctl.experiment.record import record_worlds, worlds_to_record
@@ -43,10 +44,24 @@ def conclude(setup: Setup, manifest: dict[str, Any], store: Store, began: float)
     if plan.signals != "none":
         store.put(SIGNALS, lambda file: finish.write_signals(file, plan, _signals(setup, store)))
     chosen, note = worlds_to_record(plan.record, metrics)
-    recordings = _record(setup, store, chosen, metrics, manifest)
+    # a first time without recordings, so that the numbers are there whatever becomes of these
+    store.put(METRICS, lambda file: finish.write_metrics(file, with_recordings(metrics, {})))
+    try:
+        recordings = _record(setup, store, chosen, metrics, manifest)
+    except StorageError:
+        raise  # room can be made, and then they are written by whoever goes on
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in durable.FULL:
+            raise storage_error(folder, error) from error
+        # they are a view of the results, which are whole without: what was lacking is said, not lost
+        recordings = {}
+        note = f"no recordings: writing them failed ({type(error).__name__}: {error})"
+        print(note, file=sys.stderr)
+        _remove_recordings(store)
     failed = finish.failures(metrics, plan.grid.keys)
     metrics = with_recordings(metrics, recordings)
-    store.put(METRICS, lambda file: finish.write_metrics(file, metrics))
+    if recordings:
+        store.put(METRICS, lambda file: finish.write_metrics(file, metrics))
     told = manifest | {
         "runs": metrics.num_rows,
         "interrupted": False,
@@ -99,11 +114,15 @@ def _signals(setup: Setup, store: Store) -> Iterator[pa.Table]:
         yield from store.signals(chunk)
 
 
+def _remove_recordings(store: Store) -> None:
+    for left in store.folder.glob("*.rrd"):
+        left.unlink(missing_ok=True)
+
+
 def _record(
     setup: Setup, store: Store, chosen: Sequence[int], metrics: pa.Table, manifest: dict[str, Any]
 ) -> dict[int, str]:
-    for left in store.folder.glob("*.rrd"):  # of an end that was itself interrupted
-        left.unlink()
+    _remove_recordings(store)  # of an end that was itself interrupted
     if not chosen:
         return {}
     source = store.folder / SIGNALS

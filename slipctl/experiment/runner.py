@@ -119,7 +119,13 @@ def run(
     if out is None:
         return _here(setup, told, executor, progress)
     identity = {key: told[key] for key in ("scenario", "scenario_id", "model_id")}
-    kept = {**identity, "versions": exact_versions(), "machine": machine(), "own_laws": list(laws), **plan.json()}
+    kept = {
+        **identity,
+        "versions": exact_versions(),
+        "machine": machine(),
+        "own_laws": list(laws),
+        **plan.json(),
+    }
     store = Store.create(Path(out), scenario.name, kept)
     if begun is not None:
         begun(store.folder, -(-len(plan.worlds) // plan.chunk_worlds))

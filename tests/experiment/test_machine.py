@@ -52,5 +52,9 @@ def test_the_hash_of_the_source_is_of_names_and_text_but_not_of_line_ends(tmp_pa
 
     first = hashed({"a.py": b"1\n2\n", "inner/b.py": b"3"})
     assert hashed({"a.py": b"1\r\n2\r\n", "inner/b.py": b"3", "note.txt": b"4"}) == first
-    others = ({"a.py": b"1\n3\n", "inner/b.py": b"3"}, {"c.py": b"1\n2\n", "inner/b.py": b"3"}, {"a.py": b"1\n2\n"})
+    others = (
+        {"a.py": b"1\n3\n", "inner/b.py": b"3"},
+        {"c.py": b"1\n2\n", "inner/b.py": b"3"},
+        {"a.py": b"1\n2\n"},
+    )
     assert len({first, *map(hashed, others)}) == 4

@@ -199,6 +199,25 @@ def test_an_interruption_while_recordings_are_written(tmp_path, whole, monkeypat
     assert signals == whole["signals.parquet"]
 
 
+def test_recordings_that_fail_are_a_note_not_the_loss_of_the_results(tmp_path, whole, monkeypatch, capsys):
+    from slipctl.experiment import conclude
+
+    def failing(folder, *rest):
+        table = pq.read_table(folder / "metrics.parquet")
+        assert table.num_rows == 2 * WORLDS
+        (folder / "half.rrd").write_bytes(b"half")
+        raise RuntimeError("planted")
+
+    monkeypatch.setattr(conclude, "record_worlds", failing)
+    result = run(moment(), out=tmp_path, record="worst:1")
+    assert result.folder is not None
+    assert names(result.folder) == ["manifest.json", "metrics.parquet", "signals.parquet"]
+    assert parquet_bytes(result.folder) == whole
+    told = json.loads((result.folder / "manifest.json").read_text(encoding="utf-8"))
+    assert told["recordings"] == "no recordings: writing them failed (RuntimeError: planted)"
+    assert capsys.readouterr().err == told["recordings"] + "\n"
+
+
 def full(*arguments):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -413,7 +432,7 @@ def test_another_source_of_slipctl_is_refused(tmp_path, monkeypatch):
     left = interrupted(tmp_path)
     now = json.loads((left / "plan.json").read_text(encoding="utf-8"))["versions"][SOURCE]
     monkeypatch.setattr("slipctl.experiment.machine.source", lambda: "sha256:0")
-    with pytest.raises(ResumeError, match=f"other versions: here slipctl source is sha256:0, needed is {now}"):
+    with pytest.raises(ResumeError, match=f"here slipctl source is sha256:0, needed is {now}"):
         resume(left)
 
 
