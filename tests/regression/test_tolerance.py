@@ -65,6 +65,7 @@ def test_a_tick_may_turn_in_a_share_of_ticks():
     result = of(0.95, metric=SHARE, ticks=200)
     assert result.tolerance == pytest.approx(1.5 / 200)
     assert result.why.startswith("1.5 of 200 ticks")
+    assert of(0.0, metric=SHARE, ticks=1).tolerance == 1.5
 
 
 def test_half_the_timestep_alone_is_never_chaos():
