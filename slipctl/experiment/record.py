@@ -73,20 +73,21 @@ def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     shown = np.logical_or.reduceat([status != FAILED for status in statuses], first)
     hidden, total = int((~shown).sum()), len(worlds)
     left_out = f"; nothing to show of {hidden} whose every run failed" if hidden else ""
+    of_all = f"of {total} world{'s' if total != 1 else ''}"
     if record == "failed":
         chosen = worlds[early & shown].tolist()
         what = "those that did not complete" if early.any() else "every run completed"
-        return chosen, f"{_recordings(len(chosen))} of {total} worlds: {what}{left_out}"
+        return chosen, f"{_recordings(len(chosen))} {of_all}: {what}{left_out}"
     if record == "auto" and total > MANY:
         count = MANY
     if count is None or count >= shown.sum():
-        of = f" of {total} worlds" if hidden else ""
+        of = f" {of_all}" if hidden else ""
         return worlds[shown].tolist(), f"{_recordings(int(shown.sum()))}{of}: one per world{left_out}"
     errors = metrics["max_position_error"].fill_null(0.0).to_numpy()
     largest = np.maximum.reduceat(errors, first)
     order = np.lexsort((worlds, -largest, ~early))
     worst = worlds[order][shown[order]][:count]
-    note = f"{_recordings(count)} of {total} worlds: those that ended early, then the largest errors"
+    note = f"{_recordings(count)} {of_all}: those that ended early, then the largest errors"
     note += " (more with record all)" if record == "auto" else ""
     return sorted(worst.tolist()), note + left_out
 
