@@ -183,6 +183,9 @@ def _finish(
         with interruptible(stopped), progress_bar(quiet) as progress:
             result = work(progress)
     except Interrupted as stop:
+        if stop.finished:
+            print(f"interrupted; {stop}", file=sys.stderr)
+            raise typer.Exit(Exit.INTERRUPTED) from None
         print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)
         print(f"go on: {resume_command(stop.folder)}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED) from None

@@ -8,17 +8,28 @@ from pathlib import Path
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C ended an experiment; what had finished is kept.
 
+    Parameters
+    ----------
+    folder, done, total
+        As below.
+
     Attributes
     ----------
     folder : pathlib.Path
         Where it is kept; `slipctl.experiment.resume` goes on there.
     done, total : int
         Worlds that are kept, and worlds in all.
+    finished : bool
+        Whether it came so late that `folder` is the run folder, with everything in it.
     """
 
-    def __init__(self, folder: Path, done: int, total: int) -> None:
-        self.folder, self.done, self.total = folder, done, total
-        super().__init__(f"{done} of {total} worlds are kept in {folder}")
+    def __init__(self, folder: Path, done: int, total: int, finished: bool = False) -> None:
+        self.folder, self.done, self.total, self.finished = folder, done, total, finished
+        super().__init__(
+            f"the run folder is finished: {folder}"
+            if finished
+            else f"{done} of {total} worlds are kept in {folder}"
+        )
 
 
 class StorageError(Exception):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import sys
 from pathlib import Path
 from typing import IO
 
@@ -10,9 +12,14 @@ from slipctl.experiment.errors import ResumeError
 
 NAME = "lock"
 
+HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES)
+"""What systems say where another process holds a lock."""
+
 
 class FolderLock:
     """Held by one process at a time; the operating system lets go of it when the process dies.
+
+    Some disks, as of a network, know no locks: that is said on standard error, and nothing is held.
 
     Parameters
     ----------
@@ -31,6 +38,13 @@ class FolderLock:
             _take(self._file)
         except OSError as error:
             self.release()
+            if error.errno not in HELD:
+                print(
+                    f"{folder} cannot be locked ({error.strerror or error}): "
+                    "let no other process go on with it at the same time",
+                    file=sys.stderr,
+                )
+                return
             raise ResumeError(
                 f"{folder} is in use: another process is at work on it; wait for it, or end it first"
             ) from error

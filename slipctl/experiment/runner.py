@@ -13,7 +13,7 @@ from slipctl.experiment.chunk import Output, Setup
 from slipctl.experiment.chunkfiles import resume_command
 from slipctl.experiment.conclude import conclude, in_memory
 from slipctl.experiment.errors import Interrupted, StorageError
-from slipctl.experiment.executors import Executor, Finished, choose
+from slipctl.experiment.executors import Executor, Finished, check_processes, choose
 from slipctl.experiment.finish import manifest
 from slipctl.experiment.machine import exact_versions, machine
 from slipctl.experiment.own import OwnLaws, check_labels
@@ -84,6 +84,8 @@ def run(
 
     Raises
     ------
+    ValueError
+        Where `workers`, `threads` or `dask` cannot be.
     slipctl.scenario.ScenarioError
         Where the scenario is wrong.
     slipctl.experiment.folder.OutputError
@@ -103,6 +105,7 @@ def run(
     laws = dict(laws or {})
     check_labels(laws, [controller.label for controller in scenario.controller])
     check_choice(record)
+    check_processes(workers, dask, threads)
     plan = make_plan(
         scenario,
         laws,
@@ -191,6 +194,10 @@ def _on_disk(
         return conclude(setup, told, store, began)
     except BaseException as error:
         if store.published is not None:  # all is done but for removing what is no longer needed
+            count = len(plan.worlds)
+            if isinstance(error, KeyboardInterrupt):
+                raise Interrupted(store.published, count, count, finished=True) from None
+            error.add_note(f"what is finished is all of it: the run folder is {store.published}")
             raise
         kept = _listed(store)  # on the disk: a chunk may be there of which nobody was told yet
         # what somebody else began is never removed, and neither is what could not be looked into

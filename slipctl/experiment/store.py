@@ -92,6 +92,8 @@ class Store(ChunkFiles):
         ResumeError
             Where it is none, is finished, was edited, or another process is at work on it.
         """
+        if folder.name in ("", ".."):  # "." has no name, and nothing beside it to become the run folder
+            folder = folder.resolve()
         path = folder / PLAN
         if (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name:
             _tidy(folder)  # the process may have died between its last two steps

@@ -302,6 +302,23 @@ def test_pieces_are_halved_until_the_deadly_worlds_are_alone():
     assert starts <= 2 + 2 * 3 * 4 + 3
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"workers": 0}, "workers: found 0, allowed are whole numbers from 1"),
+        ({"workers": 1.5}, "workers: found 1.5"),
+        ({"threads": 0}, "threads: found 0"),
+        ({"threads": True}, "threads: found True"),
+        ({"dask": ""}, "dask: found ''"),
+        ({"dask": "tcp://host:8786", "workers": 2}, "workers and dask: give one of them"),
+    ],
+)
+def test_processes_that_cannot_be_are_refused_before_anything_is_written(options, said, tmp_path):
+    with pytest.raises(ValueError, match=said):
+        run(moment(), out=tmp_path, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
 def mine(known: KnownRobot) -> NominalKinematic:
     return NominalKinematic(known.speed_drive(), chain_gains(np.full(known.worlds, -2.0), 2))
 

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from slipctl import scenario as files
+from slipctl.cli import main
 from slipctl.experiment import Interrupted, resume, run
 from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError
@@ -401,6 +402,44 @@ def test_two_processes_never_go_on_with_the_same_folder(tmp_path, whole):
     assert parquet_bytes(folder) == whole
 
 
+def test_what_cannot_be_locked_is_gone_on_with_and_told(tmp_path, whole, monkeypatch, capsys):
+    left = interrupted(tmp_path)
+
+    def unsupported(file):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("slipctl.experiment.lock._take", unsupported)
+    folder = resume(left).folder
+    assert folder is not None
+    assert parquet_bytes(folder) == whole
+    assert capsys.readouterr().err.startswith(f"{left} cannot be locked (No locks available): let no other")
+
+
+def test_a_folder_may_be_named_from_within(tmp_path, whole, monkeypatch):
+    left = interrupted(tmp_path)
+    monkeypatch.chdir(left)
+    folder = resume(".").folder
+    assert folder is not None
+    assert folder == tmp_path.resolve() / "moment"
+    assert parquet_bytes(folder) == whole
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(errno.EIO, "planted")])
+def test_what_stops_it_after_the_last_step_says_all_is_there(error, tmp_path, whole, monkeypatch, capsys):
+    def stopped(folder):
+        raise error
+
+    monkeypatch.setattr("slipctl.experiment.store._tidy", stopped)
+    arguments = ["run", str(write(tmp_path, moment())), "--out", str(tmp_path), "--record", "none", "--quiet"]
+    assert main(arguments) == (130 if isinstance(error, KeyboardInterrupt) else 3)
+    said = capsys.readouterr().err
+    assert "the run folder is" in said
+    assert str(tmp_path / "moment") in said
+    assert "nothing was written" not in said
+    assert "--resume" not in said
+    assert parquet_bytes(tmp_path / "moment") == whole
+
+
 def test_a_running_sweep_is_not_gone_on_with(tmp_path):
     refused = []
 
@@ -529,9 +568,9 @@ def test_own_laws_cannot_be_gone_on_with(tmp_path):
 LONGER = {"sweep": {"slip.longitudinal": [0.0, 0.1, 0.3], "seed": list(range(1024))}}
 
 
-def write(folder: Path) -> Path:
-    """Write the sweep of 3072 worlds, six chunks, as a file."""
-    scenario = moment(**LONGER)
+def write(folder: Path, scenario: files.Scenario | None = None) -> Path:
+    """Write the sweep of 3072 worlds, six chunks, or another scenario as a file."""
+    scenario = scenario or moment(**LONGER)
     lines = []
 
     def table(name: str, values: dict, brackets: tuple[str, str] = ("[", "]")) -> None:
