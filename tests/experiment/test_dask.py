@@ -29,10 +29,13 @@ def cluster(tmp_path_factory):
     os.environ[deadly.MARK] = str(tmp_path_factory.mktemp("mark") / "mark")
     os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    # given up after the second death of a worker, not the fourth: each takes seconds to be replaced
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
-        started = distributed.LocalCluster(**options)
-    with started as cluster:
+    settings = {
+        # given up after the second death of a worker, not the fourth: each takes seconds to be replaced
+        "distributed.scheduler.allowed-failures": 1,
+        # a cluster of this kind takes a worker for gone for good that has died again when it looks
+        "distributed.deploy.lost-worker-timeout": "10 minutes",
+    }
+    with dask.config.set(settings), distributed.LocalCluster(**options) as cluster:
         yield cluster.scheduler_address
 
 
