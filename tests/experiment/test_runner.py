@@ -140,7 +140,7 @@ def test_a_failure_at_the_end_loses_no_chunk(tmp_path, monkeypatch):
         raise RuntimeError("planted")
 
     with monkeypatch.context() as planted:
-        planted.setattr("slipctl.experiment.conclude.record_worlds", broken)
+        planted.setattr("slipctl.experiment.finish.write_metrics", broken)
         with pytest.raises(RuntimeError, match="planted"):
             run(small(**ODE), out=tmp_path)
     (left,) = tmp_path.iterdir()
