@@ -180,11 +180,11 @@ def test_the_command_that_opens_the_recordings_is_said_everywhere(
     assert made.command in (tmp_path / "check.xml").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("finding", [SAME, UNJUDGED])
-def test_what_did_not_fail_is_not_recorded(ice, found, monkeypatch, finding):
+@pytest.mark.parametrize(("finding", "status"), [(SAME, 0), (UNJUDGED, 3)])
+def test_what_did_not_fail_is_not_recorded(ice, found, monkeypatch, finding, status):
     found.append(finding)
     monkeypatch.setattr(regression, "record_failing", lambda *_, **__: pytest.fail("recorded"))
-    main(["check", ice])
+    assert main(["check", ice]) == status
 
 
 def test_nobody_who_wants_no_recordings_gets_any(ice, found, monkeypatch):
