@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from slipctl.scenario.base import number
-from slipctl.scenario.problems import Problem, nearest, show
+from slipctl.scenario.problems import Problem, nearest, show, unknown_keys
 
 _SPAN_KEYS = ("from", "to", "count", "scale")
 _SCALES = ("linear", "log")
@@ -172,11 +172,7 @@ def _read_span(key: str, table: Mapping[str, Any], problems: list[Problem]) -> S
     if not table:
         problems.append(Problem(where, "an empty table", _FORMS))
         return None
-    wrong = [
-        Problem(f"{where}.{name}", "an unknown key", ", ".join(_SPAN_KEYS), nearest(name, _SPAN_KEYS))
-        for name in table
-        if name not in _SPAN_KEYS
-    ]
+    wrong = unknown_keys(where, table, _SPAN_KEYS)
     first, last = number(table.get("from")), number(table.get("to"))
     count, scale = table.get("count"), table.get("scale", "linear")
     for name, value in (("from", first), ("to", last)):

@@ -1,6 +1,6 @@
 """What is wrong with a scenario, said so that a person can put it right."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from json import dumps
@@ -92,3 +92,12 @@ def nearest(name: str, valid: Iterable[str]) -> str | None:
     scored = [(SequenceMatcher(None, name.lower(), other.lower()).ratio(), other) for other in valid]
     best = max(scored, default=(0.0, ""), key=lambda pair: pair[0])
     return best[1] if best[0] >= 0.6 else None
+
+
+def unknown_keys(place: str, table: Iterable[str], allowed: Sequence[str]) -> list[Problem]:
+    """Say of every key of a table at `place` that is none of `allowed` what it may have meant."""
+    return [
+        Problem(f"{place}.{name}", "an unknown key", ", ".join(allowed), nearest(name, allowed))
+        for name in table
+        if name not in allowed
+    ]

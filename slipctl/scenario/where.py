@@ -9,7 +9,7 @@ from typing import Any
 
 from slipctl.scenario.axes import leaves, read_values
 from slipctl.scenario.base import number
-from slipctl.scenario.problems import Problem, nearest, show
+from slipctl.scenario.problems import Problem, show, unknown_keys
 
 _ENDS = ("from", "to")
 _FORMS = "a number, an array of numbers, or { from, to } of which one may be left out"
@@ -137,11 +137,7 @@ def _read_band(place: str, table: Mapping[str, Any], problems: list[Problem]) ->
     if not table:
         problems.append(Problem(place, "an empty table", _FORMS))
         return None
-    wrong = [
-        Problem(f"{place}.{name}", "an unknown key", ", ".join(_ENDS), nearest(name, _ENDS))
-        for name in table
-        if name not in _ENDS
-    ]
+    wrong = unknown_keys(place, table, _ENDS)
     ends = {name: number(table[name]) for name in _ENDS if name in table}
     wrong += [
         Problem(f"{place}.{name}", show(table[name]), "a finite number")
