@@ -17,6 +17,10 @@ class Exit(IntEnum):
     INTERRUPTED = 130
 
 
+DEFECT = "this is a defect of slipctl, not of your input"
+"""Said where something was raised that the user cannot put right."""
+
+
 class BadInput(Exception):
     """The user asked for something that cannot be done; the message says what can."""
 
@@ -63,5 +67,5 @@ def _say(error: Exception, message: str) -> None:
 
 def _defect(error: Exception) -> Exit:
     traceback.print_exception(error)
-    print("this is a defect of slipctl, not of your input", file=sys.stderr)
+    print(DEFECT, file=sys.stderr)
     return Exit.NOT_JUDGED

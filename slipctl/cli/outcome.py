@@ -7,9 +7,7 @@ import sys
 from collections import Counter
 from typing import TYPE_CHECKING
 
-import typer
-
-from slipctl.cli.exits import Exit
+from slipctl.cli.exits import DEFECT, Exit
 
 if TYPE_CHECKING:
     from slipctl.experiment import Result
@@ -18,26 +16,44 @@ NAMED = 5
 """Failed runs that are named one by one; all of them stand in the manifest."""
 
 
-def report(result: Result, json_output: bool, quiet: bool) -> None:
-    """Say what came of a run; ends the command with exit 3 where not a single run could be simulated.
+def report(result: Result, json_output: bool, quiet: bool, alone: bool = False) -> Exit:
+    """Say what came of a run, and return the exit status.
 
     Parameters
     ----------
     result : Result
     json_output, quiet : bool
         Whether one JSON object, or nothing, is printed instead of a table.
+    alone : bool
+        Whether it was one world alone, so that no other is left to be judged where a run of it failed.
+
+    Returns
+    -------
+    Exit
+        ``NOT_JUDGED`` where no run could be simulated, or one of a world alone could not.
     """
     for note in result.manifest.get("robot_notes", ()):
         print(f"robot: {note}", file=sys.stderr)
     _say_ended_early(result)
-    _say_failures(result)
+    _say_failures(result, alone)
+    if alone and _rows_of_failed(result):
+        print(f"the rows before are in {result.folder}: {result.recording_note}", file=sys.stderr)
+        print(DEFECT, file=sys.stderr)
+        return Exit.NOT_JUDGED
     if result.failures and len(result.failures) == result.metrics.num_rows:
         print("no run could be simulated", file=sys.stderr)
-        raise typer.Exit(Exit.NOT_JUDGED)
+        return Exit.NOT_JUDGED
     if json_output:
         _print_json(result)
     elif not quiet:
         _show(result)
+    return Exit.GOOD
+
+
+def _rows_of_failed(result: Result) -> bool:
+    """Whether a run that failed has rows: what its simulation had done before it raised."""
+    ends = zip(result.metrics["status"].to_pylist(), result.metrics["end_time"].to_pylist(), strict=True)
+    return any(status == "failed" and end is not None for status, end in ends)
 
 
 def _print_json(result: Result) -> None:
@@ -85,14 +101,14 @@ def _say_ended_early(result: Result) -> None:
         print(f"{sum(ended.values())} of {total} runs ended early: {parts}", file=sys.stderr)
 
 
-def _say_failures(result: Result) -> None:
+def _say_failures(result: Result, alone: bool) -> None:
     from slipctl.experiment.replay import replay_command
 
     told: set[int] = set()
     for failed in result.failures[:NAMED]:
         world = failed["world"]
         print(f"world {world} ({failed['controller']}) failed: {failed['failure']}", file=sys.stderr)
-        if result.folder is not None and world not in told:
+        if result.folder is not None and world not in told and not alone:
             print(f"  run it alone: {replay_command(result.folder, world)}", file=sys.stderr)
         told.add(world)
     more = len(result.failures) - NAMED

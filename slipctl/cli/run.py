@@ -145,15 +145,17 @@ def execute(
         if chunks > 1 and not quiet:
             print(f"what is finished is kept; if this stops: {resume_command(folder)}", file=sys.stderr)
 
-    # one world alone that cannot be simulated is shown as what it is, with its traceback
-    going = bool(scenario.sweep) and options["worlds"] is None
+    # one world alone that cannot be simulated is shown as what it is: its traceback, and the rows before
+    alone = not scenario.sweep or options["worlds"] is not None
+    going = {"keep_going": not alone, "keep_failed_rows": alone}
     _finish(
         lambda progress: experiment.run(
-            scenario, out=out, keep_going=going, begun=begun, progress=progress, **options
+            scenario, out=out, begun=begun, progress=progress, **going, **options
         ),
         view,
         json_output,
         quiet,
+        alone=alone,
     )
 
 
@@ -173,7 +175,12 @@ def _resume(folder: Path, view: bool, json_output: bool, quiet: bool, how: dict[
 
 
 def _finish(
-    work: Callable[[Any], Result], view: bool, json_output: bool, quiet: bool, stopped: str = NOTHING
+    work: Callable[[Any], Result],
+    view: bool,
+    json_output: bool,
+    quiet: bool,
+    stopped: str = NOTHING,
+    alone: bool = False,
 ) -> None:
     from slipctl.cli.outcome import report
     from slipctl.experiment.errors import Interrupted
@@ -189,11 +196,13 @@ def _finish(
         print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)
         print(f"go on: {resume_command(stop.folder)}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED) from None
-    report(result, json_output, quiet)
-    if view:
+    status = report(result, json_output, quiet, alone)
+    if view and (status is Exit.GOOD or alone):
         from slipctl.cli.view import show_folder
 
         show_folder(result.folder)
+    if status is not Exit.GOOD:
+        raise typer.Exit(status)
 
 
 def _load(source: str, world: int | None) -> Scenario:

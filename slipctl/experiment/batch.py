@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from slipctl.experiment import assemble
 from slipctl.experiment.own import OwnLaws, lineup
@@ -12,7 +14,7 @@ from slipctl.experiment.plan import sampled_rows
 from slipctl.guarantee import METRIC_UNITS, verdicts, with_guarantee
 from slipctl.metrics import UNITS, measure_worlds
 from slipctl.recording import Columns, Recorder, signal_tables, with_errors
-from slipctl.simulate import simulate
+from slipctl.simulate import Ending, simulate
 from slipctl.tick import Status
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ class Run:
         Of the controller.
     status : str
     end_time : float or None
-        Time of the last row that counts [s]; None where the simulation raised.
+        Time of the last row that counts [s]; None where there is none, as the simulation raised.
     metrics : dict
     guarantee : dict
         As of `slipctl.guarantee.verdict`.
@@ -85,6 +87,12 @@ def failed_run(index: int, world: int, entrant: tuple[str, str], failure: str) -
     return Run(index, world, *entrant, FAILED, None, dict.fromkeys(UNITS), guarantee, None, failure)
 
 
+def _without_judgement(run: Run, failure: str) -> Run:
+    """Return a run that raised with the rows before: numbers of part of a run would look like its own."""
+    bare = failed_run(run.index, run.world, (run.label, run.kind), failure)
+    return replace(bare, end_time=run.end_time, signals=run.signals)
+
+
 def batches(worlds: Sequence[assemble.World], indices: Sequence[int]) -> list[list[int]]:
     """Return which of the worlds `indices` share a batch: those that are alike, in order."""
     alike: dict[tuple, list[int]] = {}
@@ -103,6 +111,7 @@ def run_batch(
     *,
     signals: str = "all",
     positions: Sequence[int] | None = None,
+    raised: Callable[[Exception], str] | None = None,
 ) -> Iterator[list[Run]]:
     """Simulate the worlds `indices` of `worlds`; yield the runs of one controller after the other.
 
@@ -123,6 +132,9 @@ def run_batch(
         ``all``, ``sampled`` or ``none``: which rows the runs keep.
     positions : sequence of int, optional
         Places of the controllers to run; all of them where it is None.
+    raised : callable, optional
+        Told what a simulation raised after its first row, and says it in one line: the runs are then failed
+        ones that end with the last row there is. What is raised ends the batch where it is None.
 
     Yields
     ------
@@ -149,16 +161,24 @@ def run_batch(
         )
         recorder = Recorder(rows, len(members), planned)
         done_before = place * (rows - 1) * len(members)
-        ending = simulate(
-            plant,
-            law.controller,
-            planned,
-            start,
-            tick,
-            recorder.write,
-            lambda k, before=done_before: progress(before + k * len(members)),
-            sensor,
-        )
+        failure = None
+        try:
+            ending = simulate(
+                plant,
+                law.controller,
+                planned,
+                start,
+                tick,
+                recorder.write,
+                lambda k, before=done_before: progress(before + k * len(members)),
+                sensor,
+            )
+        except Exception as error:
+            if raised is None or not recorder.written:
+                raise
+            failure = raised(error)
+            every = np.full(len(members), recorder.written - 1)
+            ending = Ending(np.zeros_like(every, dtype=np.int8), every)
         recorded, statuses = recorder.columns(), ending.status.tolist()
         last_rows = ending.last_row.tolist()
         runs: list[Run] = []
@@ -190,6 +210,8 @@ def run_batch(
                     strict=True,
                 )
             ]
+        if failure is not None:
+            runs = [_without_judgement(run, failure) for run in runs]
         progress(done_before + (rows - 1) * len(members))
         yield runs
 

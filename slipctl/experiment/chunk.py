@@ -23,6 +23,9 @@ Progress = Callable[[int], None]
 FRAMES = 4
 """Calls that are kept of what a failed run raised."""
 
+MACHINE = (MemoryError, OSError)
+"""What is said of the machine, not of the worlds: they must not be called failed for good."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -118,6 +121,13 @@ def _runs(
 ) -> Iterator[list[Run]]:
     """Yield the runs of a batch; where the simulation raises, find the runs at fault and do the others."""
     plan, left = setup.plan, list(positions)
+
+    def raised(error: Exception) -> str:
+        if isinstance(error, MACHINE):
+            raise error
+        traceback.print_exception(error)
+        return _reason(error)
+
     try:
         for runs in run_batch(
             plan.grid,
@@ -128,12 +138,12 @@ def _runs(
             setup.laws,
             signals=plan.signals,
             positions=positions,
+            raised=raised if plan.keep_failed_rows and len(indices) == 1 else None,
         ):
             yield runs
             left.pop(0)
         return
-    except (MemoryError, OSError) as error:
-        # of the machine, not of these worlds: they must not be called failed for good
+    except MACHINE as error:
         first, last = indices[0], indices[-1]
         raise WorkerError(
             f"worlds {first} to {last} could not be simulated on this machine: {_reason(error)}; "
@@ -141,7 +151,7 @@ def _runs(
             "or put right what is named"
         ) from error
     except Exception as error:
-        if not plan.keep_going:
+        if not (plan.keep_going or (plan.keep_failed_rows and len(indices) > 1)):
             raise
         reason = _reason(error)
     half = len(indices) // 2

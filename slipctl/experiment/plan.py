@@ -81,6 +81,8 @@ class Plan:
         Worlds of a chunk.
     keep_going : bool
         Whether a run whose simulation raises is given the status ``failed``, or ends the experiment.
+    keep_failed_rows : bool
+        Whether such a run keeps the rows before; one that has any then ends no experiment.
     """
 
     scenario: files.Scenario
@@ -91,6 +93,7 @@ class Plan:
     signals_note: str
     chunk_worlds: int
     keep_going: bool
+    keep_failed_rows: bool = False
 
     @cached_property
     def grid(self) -> files.Grid:
@@ -134,6 +137,7 @@ class Plan:
             "signals_note": self.signals_note,
             "chunk_worlds": self.chunk_worlds,
             "keep_going": self.keep_going,
+            "keep_failed_rows": self.keep_failed_rows,
             "worlds": None if everything else list(self.worlds),
         }
 
@@ -157,6 +161,7 @@ def read_plan(content: Mapping[str, Any]) -> Plan:
         signals_note=content["signals_note"],
         chunk_worlds=content["chunk_worlds"],
         keep_going=content["keep_going"],
+        keep_failed_rows=content["keep_failed_rows"],
     )
 
 
@@ -169,12 +174,13 @@ def make_plan(
     worlds: Sequence[int] | None,
     keep_going: bool,
     workers: int,
+    keep_failed_rows: bool = False,
 ) -> Plan:
     """Decide what an experiment will do.
 
     Parameters
     ----------
-    scenario, laws, record, signals, worlds, keep_going, workers
+    scenario, laws, record, signals, worlds, keep_going, workers, keep_failed_rows
         As for `slipctl.experiment.run`.
 
     Raises
@@ -195,7 +201,7 @@ def make_plan(
     if workers > 1:
         fair = -(-len(chosen) // (CHUNKS_PER_WORKER * workers))
         largest = min(largest, max(fair, 1))
-    return Plan(scenario, names, chosen, record, kept, note, largest, keep_going)
+    return Plan(scenario, names, chosen, record, kept, note, largest, keep_going, keep_failed_rows)
 
 
 def check_signals(signals: str) -> None:

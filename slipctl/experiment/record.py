@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipctl.experiment import assemble
-from slipctl.experiment.batch import FAILED
 from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
@@ -50,7 +49,8 @@ def check_choice(record: str) -> int | None:
 def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     """Return the indices of the worlds to record, in order, and a sentence that says how many and why.
 
-    A world of which every run failed has no rows to show: it is never among them, and the sentence says so.
+    A world of which every run failed before its first row, or kept none, has nothing to show: it is never
+    among them, and the sentence says so.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     worlds, first = np.unique(metrics["world"].to_numpy(), return_index=True)
     statuses = metrics["status"].to_pylist()
     early = np.logical_or.reduceat([status != "completed" for status in statuses], first)
-    shown = np.logical_or.reduceat([status != FAILED for status in statuses], first)
+    shown = np.logical_or.reduceat(metrics["end_time"].is_valid().to_numpy(), first)
     hidden, total = int((~shown).sum()), len(worlds)
     left_out = f"; nothing to show of {hidden} whose every run failed" if hidden else ""
     of_all = f"of {total} world{'s' if total != 1 else ''}"
@@ -129,7 +129,7 @@ def record_worlds(
     runs: dict[int, list[dict[str, Any]]] = {}
     rows = metrics.filter(pa.array(np.isin(metrics["world"].to_numpy(), chosen)))
     for row in rows.to_pylist():
-        if row["status"] != FAILED:  # such a run has nothing to show
+        if row["end_time"] is not None:  # a run without has nothing to show
             runs.setdefault(row["world"], []).append(row)
     grid = setup.plan.grid
     names = {world: world_slug(grid.varied(world), manifest["scenario"]) + ".rrd" for world in runs}

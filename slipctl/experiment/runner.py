@@ -41,6 +41,7 @@ def run(
     dask: str | None = None,
     worlds: Sequence[int] | None = None,
     keep_going: bool = False,
+    keep_failed_rows: bool = False,
     progress: Progress | None = None,
     begun: Begun | None = None,
     laws: OwnLaws | None = None,
@@ -70,6 +71,9 @@ def run(
         Indices, in grid order, of the worlds to run; all of them where it is None.
     keep_going : bool
         Whether a run whose simulation raises gets the status ``failed`` and the rest goes on.
+    keep_failed_rows : bool
+        Whether a run whose simulation raises after its first row keeps the rows before, to be looked at: it
+        gets the status ``failed``, the rest goes on, and its traceback is shown on standard error.
     progress : callable, optional
         Called with steps done, steps in all and a text.
     begun : callable, optional
@@ -114,6 +118,7 @@ def run(
         worlds=worlds,
         keep_going=keep_going,
         workers=workers if dask is None else CLUSTER,
+        keep_failed_rows=keep_failed_rows,
     )
     executor = choose(workers, dask, threads)
     # the model is read before the first tick, so that a wrong one is refused before any work

@@ -107,6 +107,11 @@ class Recorder:
                 column[:, first : first + count] = rows[:count].T
         self._first = self._next
 
+    @property
+    def written(self) -> int:
+        """Number of rows that were kept."""
+        return self._next
+
     def columns(self) -> Columns:
         """Return the recorded signals as (worlds, rows) arrays, by column name."""
         self._turn()

@@ -164,17 +164,19 @@ def test_options_of_a_sweep_reach_the_engine(engine):
     assert main(["sweep", "friction-sweep", "--signals", "sampled", "--dask", "tcp://host:8786"]) == 0
     options = engine.calls[0][1]
     assert (options["signals"], options["dask"], options["workers"]) == ("sampled", "tcp://host:8786", 1)
-    assert options["keep_going"]
+    assert (options["keep_going"], options["keep_failed_rows"]) == (True, False)
     assert options["worlds"] is None
     assert main(["sweep", "friction-sweep", "--workers", "3", "--record", "failed", "--world", "7"]) == 0
     options = engine.calls[1][1]
     assert (options["workers"], options["record"], options["worlds"]) == (3, "failed", [7])
-    assert not options["keep_going"]  # what is raised in the one world is to be seen
+    # what is raised in the one world is to be seen, with the rows before
+    assert (options["keep_going"], options["keep_failed_rows"]) == (False, True)
 
 
 def test_one_world_alone_shows_a_defect_as_what_it_is(engine):
     assert main(["run", "paper-kinematic"]) == 0
-    assert not engine.calls[0][1]["keep_going"]
+    options = engine.calls[0][1]
+    assert (options["keep_going"], options["keep_failed_rows"]) == (False, True)
 
 
 def test_going_on_gives_the_folder_and_who_is_to_work(engine, capsys, tmp_path, monkeypatch):

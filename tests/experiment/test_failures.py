@@ -34,9 +34,9 @@ def broken(monkeypatch):
     """Make some runs raise; returns the set of (world, place of the controller) that do."""
     bad: set[tuple[int, int]] = set()
 
-    def raising(grid, indices, robot, threads, progress, laws=None, *, signals, positions):
+    def raising(grid, indices, robot, threads, progress, laws=None, *, positions, **options):
         places = iter(positions)
-        runs = run_batch(grid, indices, robot, threads, progress, laws, signals=signals, positions=positions)
+        runs = run_batch(grid, indices, robot, threads, progress, laws, positions=positions, **options)
         while True:
             place = next(places, None)
             if any((world, place) in bad for world in indices):

@@ -121,6 +121,7 @@ def test_a_plan_is_read_as_it_was_written():
             worlds=worlds,
             keep_going=True,
             workers=2,
+            keep_failed_rows=True,
         )
         again = read_plan(plan.json())
         assert again == plan
