@@ -18,7 +18,7 @@ import pytest
 
 if TYPE_CHECKING:
     from slipctl.experiment.own import OwnLaw, OwnLaws
-    from slipctl.regression.own_law import OwnLawReport
+    from slipctl.regression.own_law.check import OwnLawReport
     from slipctl.scenario import Scenario
 
 RECORD = "--slipctl-record"
@@ -150,7 +150,7 @@ class SlipctlCheck:
         from slipctl.experiment.folder import OutputError
         from slipctl.experiment.own import check_labels
         from slipctl.regression import CannotJudge
-        from slipctl.regression.own_law import check_law, read_claims, record_law
+        from slipctl.regression.own_law.check import check_law, read_claims, record_law
         from slipctl.scenario import ScenarioError
 
         self.request.node.stash[_CALLED] = True

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from slipctl.regression import Baseline, Number, RunBaseline
-from slipctl.regression.baseline import GATED
+from slipctl.regression.baseline.gated import GATED
 
 SHORT_SCENARIO = """
 tick = 0.01

@@ -61,9 +61,9 @@ def report() -> bool:
             if f"{module}.".startswith(part):
                 dead, every = sum(counts[status] for status in SEEN), sum(counts.values())
                 total, killed = total + every, killed + dead
-                print(f"{module:36} {dead:5} / {every:5}  {dead / every:7.1%}  {dict(counts)}")
+                print(f"{module:38} {dead:5} / {every:5}  {dead / every:7.1%}  {dict(counts)}")
         good &= total > 0 and killed >= LEAST * total
-        print(f"{part.strip('.'):36} {killed:5} / {total:5}  {killed / max(total, 1):7.1%}\n")
+        print(f"{part.strip('.'):38} {killed:5} / {total:5}  {killed / max(total, 1):7.1%}\n")
     page = PAGE.read_text(encoding="utf-8").splitlines()
     for mutant, status in statuses.items():
         if status not in SEEN:

@@ -14,7 +14,7 @@ from textwrap import dedent
 import pytest
 
 # Suites run in this process; what they import must stay, as extension modules load only once.
-import slipctl.regression.own_law
+import slipctl.regression.own_law.check
 import slipctl.view  # noqa: F401
 from slipctl.regression import read
 from tests.repository import Repository, needs_git
@@ -100,7 +100,7 @@ def test_a_missing_baseline_fails_with_the_command_that_records_it(suite) -> Non
     )
     assert not baseline(suite).exists()
     # nothing but the message: no traceback of slipctl's own
-    assert "own_law.py" not in result.stdout.str()
+    assert "check.py" not in result.stdout.str()
     assert "During handling" not in result.stdout.str()
 
 
@@ -343,18 +343,18 @@ def test_a_baseline_that_cannot_be_written_is_one_line_before_anything_is_run(su
     result.stdout.fnmatch_lines(
         ["cannot write the baseline *line.my_law.json: *", "line.toml, my_law: not judged"]
     )
-    assert "own_law.py" not in result.stdout.str()
+    assert "check.py" not in result.stdout.str()
 
 
 def test_a_disk_that_is_full_at_the_end_is_one_line_too(suite, monkeypatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("slipctl.regression.own_law.write_with_tracks", full)
+    monkeypatch.setattr("slipctl.regression.own_law.check.write_with_tracks", full)
     result = run(suite, "--slipctl-record", "in vain")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*No space left on device", "line.toml, my_law: not judged"])
-    assert "own_law.py" not in result.stdout.str()
+    assert "check.py" not in result.stdout.str()
 
 
 NOISY = """

@@ -10,8 +10,8 @@ import pytest
 from slipctl import scenario as files
 from slipctl import shipped
 from slipctl.experiment import Result, run
-from slipctl.regression.claims import judge_claims
-from slipctl.regression.judge import Verdict
+from slipctl.regression.claims.judge import judge_claims
+from slipctl.regression.judging.findings import Verdict
 
 
 @cache

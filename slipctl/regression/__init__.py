@@ -1,13 +1,18 @@
-"""The gate: metrics of a scenario against committed baselines, per controller, world and seed."""
+"""The gate: metrics of a scenario against committed baselines, per controller, world and seed.
 
-from slipctl.regression.against import against, look_up
+`check` runs a scenario and holds it against its baseline; `record` writes a new one. Each folder answers one
+question. `baseline`: what was stored, and how far may it move? `judging`: is a number worse? `claims`: does
+what a scenario claims hold? `against`: what of another revision or run? `own_law`: what of one's own law?
+"""
+
+from slipctl.regression.against.compare import against, look_up
 from slipctl.regression.artefacts import record_failing
-from slipctl.regression.baseline import Baseline, CannotJudge, Number, RunBaseline, read, write
+from slipctl.regression.baseline.file import Baseline, CannotJudge, Number, RunBaseline, read, write
+from slipctl.regression.baseline.spread import measure
 from slipctl.regression.check import Report, baseline_file, check, recorded_scenarios
 from slipctl.regression.git import UnknownRevision
-from slipctl.regression.judge import Finding, Verdict, judge, unjudged
+from slipctl.regression.judging.findings import Finding, Verdict, judge, unjudged
 from slipctl.regression.record import Recording, record, try_to_write
-from slipctl.regression.spread import measure
 
 __all__ = [
     "Baseline",

@@ -12,8 +12,8 @@ from slipctl import experiment
 from slipctl.experiment import assemble, folder
 from slipctl.experiment.own import OwnLaws
 from slipctl.experiment.record import run_info, world_info
-from slipctl.regression.judge import Finding
-from slipctl.regression.tracks import tracks_file
+from slipctl.regression.baseline.tracks import tracks_file
+from slipctl.regression.judging.findings import Finding
 from slipctl.report.amounts import amount
 from slipctl.report.findings import values_text
 from slipctl.report.judged import metric_text, worst_first

@@ -9,11 +9,11 @@ from typing import Any
 
 from slipctl import experiment, shipped
 from slipctl.experiment.own import OwnLaws
-from slipctl.regression.baseline import Baseline, CannotJudge, read
-from slipctl.regression.claims import judge_claims
-from slipctl.regression.judge import Finding, judge, unjudged
-from slipctl.regression.origin import Origin, differences, is_elsewhere
-from slipctl.regression.ungated import only_status_judged
+from slipctl.regression.baseline.file import Baseline, CannotJudge, read
+from slipctl.regression.claims.judge import judge_claims
+from slipctl.regression.judging.findings import Finding, judge, unjudged
+from slipctl.regression.judging.origin import Origin, differences, is_elsewhere
+from slipctl.regression.judging.ungated import only_status_judged
 from slipctl.report.judged import update_command
 from slipctl.scenario import Scenario, load, scenario_id
 

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
-from slipctl.regression.baseline import CannotJudge
+from slipctl.regression.baseline.file import CannotJudge
 
 TIED = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX", "GIT_COMMON_DIR", "GIT_OBJECT_DIRECTORY")
 """What git sets where it runs something for a checkout, such as a hook."""

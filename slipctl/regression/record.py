@@ -11,13 +11,13 @@ from typing import Any
 
 from slipctl.experiment import Result
 from slipctl.experiment.folder import OutputError
-from slipctl.regression.baseline import Baseline, CannotJudge, Number, read, run_key, write
+from slipctl.regression.baseline.file import Baseline, CannotJudge, Number, read, run_key, write
+from slipctl.regression.baseline.spread import Neighbour, measure, neighbours
+from slipctl.regression.baseline.tracks import ticks_of_runs, tracks_file, write_tracks
 from slipctl.regression.check import Progress, Report, baseline_file, compare, report, run
 from slipctl.regression.git import commit_around
-from slipctl.regression.origin import Origin
-from slipctl.regression.spread import Neighbour, measure, neighbours
-from slipctl.regression.tracks import ticks_of_runs, tracks_file, write_tracks
-from slipctl.regression.ungated import only_status_judged
+from slipctl.regression.judging.origin import Origin
+from slipctl.regression.judging.ungated import only_status_judged
 from slipctl.scenario import Scenario, load
 
 
@@ -104,9 +104,10 @@ def record(
 def new_baseline(
     result: Result, beside: Mapping[tuple[str, str, int], Sequence[Neighbour]], reason: str, path: Path
 ) -> Baseline:
-    """Make a baseline of a result and of the runs beside it, as of `slipctl.regression.spread.neighbours`.
+    """Make a baseline of a result and of the runs beside it.
 
-    It names the commit of the repository that will hold the file at `path`: what its readers can go to.
+    The runs beside are as of `slipctl.regression.baseline.spread.neighbours`. The baseline names the commit
+    of the repository that will hold the file at `path`: what its readers can go to.
     """
     payload = result.json()
     return Baseline(

@@ -14,7 +14,7 @@ from slipctl import experiment
 from slipctl.cli import main
 from slipctl.regression import Finding, Verdict, baseline_file, check, record, record_failing
 from slipctl.regression.artefacts import WORLDS, failing_worlds
-from slipctl.regression.tracks import tracks_file
+from slipctl.regression.baseline.tracks import tracks_file
 from slipctl.scenario import load, scenario_id, worlds
 from tests.fakes import SHORT_SCENARIO
 from tests.view.reading import Recording

@@ -20,8 +20,8 @@ from slipctl.cli.check import verdict
 from slipctl.cli.exits import Exit
 from slipctl.control import nominal_kinematic, robust_kinematic
 from slipctl.regression import Finding, Number, Verdict
-from slipctl.regression.baseline import run_key
-from slipctl.regression.gated import GATED, LARGER_IS_BETTER
+from slipctl.regression.baseline.file import run_key
+from slipctl.regression.baseline.gated import GATED, LARGER_IS_BETTER
 from slipctl.theory import robust
 from tests.gate_mutants import MUTANTS
 

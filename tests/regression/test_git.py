@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from slipctl.regression import git
-from slipctl.regression.baseline import CannotJudge
+from slipctl.regression.baseline.file import CannotJudge
 from tests.repository import Repository, needs_git
 
 pytestmark = needs_git

@@ -6,7 +6,7 @@ from slipctl import experiment
 from slipctl.cli import main
 from slipctl.experiment.folder import OutputError
 from slipctl.regression import check, read, record, write
-from slipctl.regression.gated import GATED
+from slipctl.regression.baseline.gated import GATED
 from slipctl.regression.record import changes, try_to_write
 from slipctl.scenario import load, scenario_id
 from tests.fakes import SHORT_SCENARIO, baseline_of, payload, run_entry

@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from slipctl.regression.gated import GATED
+from slipctl.regression.baseline.gated import GATED
 from slipctl.report.changes import summary, tables
 
 

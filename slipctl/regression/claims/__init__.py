@@ -1,0 +1,1 @@
+"""What a scenario claims of its runs: paired by world, with the interval that its seeds leave open."""

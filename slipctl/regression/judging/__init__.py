@@ -1,0 +1,1 @@
+"""Numbers of now against numbers of then: what became of each, and which tolerance was due."""
