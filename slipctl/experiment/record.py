@@ -70,7 +70,7 @@ def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
     worlds, first = np.unique(metrics["world"].to_numpy(), return_index=True)
     statuses = metrics["status"].to_pylist()
     early = np.logical_or.reduceat([status != "completed" for status in statuses], first)
-    shown = np.logical_or.reduceat(metrics["end_time"].is_valid().to_numpy(), first)
+    shown = np.logical_or.reduceat(~np.isnan(metrics["end_time"].to_numpy()), first)
     hidden, total = int((~shown).sum()), len(worlds)
     left_out = f"; nothing to show of {hidden} whose every run failed" if hidden else ""
     of_all = f"of {total} world{'s' if total != 1 else ''}"
@@ -122,15 +122,13 @@ def record_worlds(
     """
     if not chosen:
         return {}
-    import pyarrow as pa
-
     from slipctl.view import WorldRecording, world_slug, write_recordings
 
     runs: dict[int, list[dict[str, Any]]] = {}
-    rows = metrics.filter(pa.array(np.isin(metrics["world"].to_numpy(), chosen)))
-    for row in rows.to_pylist():
-        if row["end_time"] is not None:  # a run without has nothing to show
-            runs.setdefault(row["world"], []).append(row)
+    count = len(setup.plan.entrants)
+    for world, first in zip(chosen, np.searchsorted(metrics["world"].to_numpy(), chosen), strict=True):
+        rows = metrics.slice(int(first), count).to_pylist()
+        runs[world] = [row for row in rows if row["end_time"] is not None]  # others have nothing to show
     grid = setup.plan.grid
     names = {world: world_slug(grid.varied(world), manifest["scenario"]) + ".rrd" for world in runs}
     recordings = [

@@ -13,8 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_continuous_lyapunov
 
+from slipctl.theory.lyapunov import solve_lyapunov
 from slipctl.tick import Array
 
 
@@ -67,7 +67,7 @@ def _solved(*gains: float) -> Array:
     order = len(gains)
     closed_loop = np.eye(order, k=1)
     closed_loop[-1] = -np.array(gains)
-    solution = solve_continuous_lyapunov(closed_loop.T, -np.eye(order))
+    solution = solve_lyapunov(closed_loop.T, -np.eye(order))
     return (solution + solution.T) / 2.0
 
 
