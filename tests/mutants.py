@@ -164,7 +164,7 @@ MUTANTS = [
         "velocity error left out",
         "slipctl.control.nominal_kinematic",
         "nominal_input",
-        on_arguments(lambda reference, e1, e2, gains: (reference, e1, 0.0 * e2, gains)),
+        on_arguments(lambda reference, e1, e2, *gains: (reference, e1, 0.0 * e2, *gains)),
         LOOP,
     ),
     Mutant(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,38 +72,54 @@ class DriveLimits:
         command, saturated = self.reach(
             wanted, commanded_speed, self.speed_floor, forward_acceleration, yaw_rate, tick
         )
-        return command, np.maximum(command.forward_speed, self.speed_floor), saturated
+        speed = command.forward_speed
+        # where it is what was wanted, it is not below the floor
+        return command, speed if speed is wanted else np.maximum(speed, self.speed_floor), saturated
 
     def reach(
         self,
         wanted: Array,
         commanded_speed: Array,
-        least: Array | float,
+        least: Array | float | None,
         forward_acceleration: Array,
         yaw_rate: Array,
         tick: float | Array,
     ) -> tuple[SpeedCommand, NDArray[np.bool_]]:
         """Return the command that reaches a wanted speed (N,) [m/s] within the limits, and whether one acted.
 
-        `least` takes the place of the floor [m/s]; the other parameters are those of `command`.
+        `least` takes the place of the floor [m/s], and is None where there is none; the other parameters are
+        those of `command`.
         """
-        speed = np.minimum(np.maximum(wanted, least), self.speed_limit)
-        turn = np.minimum(np.maximum(yaw_rate, -self.yaw_rate_limit), self.yaw_rate_limit)
-        rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
-        beyond = rim > self.speed_limit
-        saturated = (speed != wanted) | (turn != yaw_rate) | beyond
+        saturated = ~self._allowed(wanted, least, yaw_rate)
         if np.count_nonzero(saturated):
-            scale = np.divide(self.speed_limit, rim, out=np.ones(rim.shape), where=beyond)
-            speed, turn = speed * scale, turn * scale
+            speed = np.minimum(wanted if least is None else np.maximum(wanted, least), self.speed_limit)
+            turn = np.minimum(np.maximum(yaw_rate, -self.yaw_rate_limit), self.yaw_rate_limit)
+            rim = np.abs(speed) + self.geometry.half_track * np.abs(turn)
+            beyond = rim > self.speed_limit
+            if np.count_nonzero(beyond):
+                scale = np.divide(self.speed_limit, rim, out=np.ones(rim.shape), where=beyond)
+                speed, turn = speed * scale, turn * scale
             reached = (speed - commanded_speed) / tick
             forward_acceleration = np.where(saturated, reached, forward_acceleration)
-        command = SpeedCommand(
-            forward_acceleration=forward_acceleration,
-            forward_speed=speed,
-            yaw_rate=turn,
-            wheel_rate=self.geometry.wheel_rates(speed, turn),
-        )
-        return command, saturated
+            wanted, yaw_rate = speed, turn
+        wheel_rate = self.geometry.wheel_rates(wanted, yaw_rate)
+        return SpeedCommand(forward_acceleration, wanted, yaw_rate, wheel_rate), saturated
+
+    def _allowed(self, wanted: Array, least: Array | float | None, yaw_rate: Array) -> NDArray[np.bool_]:
+        """Return in which worlds no limit acts; false as well where one meets what is not a number.
+
+        The axle is never faster than the rim, so the rim's speed is the only one to look at.
+        """
+        if self._endless:
+            return wanted >= (-np.inf if least is None else least)
+        turn = np.abs(yaw_rate)
+        rim = np.abs(wanted) + self.geometry.half_track * turn
+        allowed = (turn <= self.yaw_rate_limit) & (rim <= self.speed_limit)
+        return allowed if least is None else allowed & (wanted >= least)
+
+    @cached_property
+    def _endless(self) -> bool:
+        return bool(np.isinf(self.speed_limit).all() and np.isinf(self.yaw_rate_limit).all())
 
     def unlimited(self) -> DriveLimits:
         """Return a drive that keeps the floor only."""

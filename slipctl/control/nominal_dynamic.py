@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from slipctl.control.flat_dynamic import decide, flat_errors, model_drift, weighted_sum
+from slipctl.control.flat_dynamic import flat_errors, model_drift, steer, weighted_sum
 from slipctl.control.torque import PushMemory, TorqueDrive
+from slipctl.pairs import for_both
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, Start, TorqueCommand
 
 
@@ -33,6 +35,11 @@ class NominalDynamic:
         self, memory: PushMemory, reference: Reference, motion: Motion, tick: float
     ) -> Decision[TorqueCommand]:
         """Decide the command of one tick."""
-        nominal = reference.jerk - weighted_sum(self.gains, flat_errors(reference, motion, memory))
-        trace = DecisionTrace(nominal, np.zeros_like(nominal), np.zeros(len(nominal), dtype=bool))
-        return decide(self.drive, memory, motion, nominal, model_drift(motion, memory), trace, tick)
+        nominal = reference.jerk - weighted_sum(self._gains, flat_errors(reference, motion, memory))
+        model = model_drift(motion, memory)
+        command, memory, saturated = steer(self.drive, memory, motion, nominal, model, tick)
+        return Decision(command, memory, DecisionTrace(nominal, np.zeros(nominal.shape), saturated))
+
+    @cached_property
+    def _gains(self) -> tuple[Array, ...]:
+        return for_both(self.gains)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from slipctl.control.drive import DriveLimits, SpeedMemory
-from slipctl.control.flat import decide, flat_errors, nominal_input
+from slipctl.control.flat import flat_errors, nominal_input, steer
+from slipctl.pairs import for_both
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start
 
 
@@ -34,6 +36,10 @@ class NominalKinematic:
     ) -> Decision[SpeedCommand]:
         """Decide the command of one tick."""
         position_error, velocity_error = flat_errors(reference, motion)
-        nominal = nominal_input(reference, position_error, velocity_error, self.gains)
-        trace = DecisionTrace(nominal, np.zeros_like(nominal), np.zeros(len(nominal), dtype=bool))
-        return decide(self.drive, memory, motion, nominal, trace, tick)
+        nominal = nominal_input(reference, position_error, velocity_error, *self._gains)
+        command, memory, saturated = steer(self.drive, memory, motion, nominal, tick)
+        return Decision(command, memory, DecisionTrace(nominal, np.zeros(nominal.shape), saturated))
+
+    @cached_property
+    def _gains(self) -> tuple[Array, ...]:
+        return for_both(self.gains)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
-import numpy as np
-
-from slipctl.control.flat_dynamic import decide, flat_errors, model_drift, weighted_sum
+from slipctl.control.flat_dynamic import flat_errors, model_drift, steer, weighted_sum
 from slipctl.control.torque import PushMemory, TorqueDrive
+from slipctl.pairs import for_both
 from slipctl.theory.robust import corrective_input, norm
 from slipctl.theory.robust_dynamic import DynamicBound, DynamicState
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, Start, TorqueCommand
@@ -45,20 +45,24 @@ class RobustDynamic:
     ) -> Decision[TorqueCommand]:
         """Decide the command of one tick."""
         errors = flat_errors(reference, motion, memory)
-        nominal = reference.jerk - weighted_sum(self.gains, errors)
-        weighted = weighted_sum(self.weights, errors)
-        c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
+        gains, weights = self._columns
+        nominal = reference.jerk - weighted_sum(gains, errors)
+        weighted = weighted_sum(weights, errors)
         model = model_drift(motion, memory)
-        beyond = nominal - model
+        along = motion.heading_vector * (nominal - model)
         gain = self.bound(
             DynamicState(
                 forward_speed=motion.forward_speed,
                 yaw_rate=motion.yaw_rate,
                 acceleration=memory.acceleration,
                 nominal=norm(nominal),
-                nominal_jerk=c * beyond[:, 0] + s * beyond[:, 1],
+                nominal_jerk=along[:, 0] + along[:, 1],
             )
         )
         corrective = corrective_input(weighted, gain, self.boundary_layer)
-        trace = DecisionTrace(nominal, corrective, np.zeros(len(gain), dtype=bool), gain, weighted)
-        return decide(self.drive, memory, motion, nominal + corrective, model, trace, tick)
+        command, memory, saturated = steer(self.drive, memory, motion, nominal + corrective, model, tick)
+        return Decision(command, memory, DecisionTrace(nominal, corrective, saturated, gain, weighted))
+
+    @cached_property
+    def _columns(self) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        return for_both(self.gains), for_both(self.weights)

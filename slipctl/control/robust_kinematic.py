@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
+from functools import cached_property
 
 from slipctl.control.drive import DriveLimits, SpeedMemory
-from slipctl.control.flat import decide, flat_errors, nominal_input
+from slipctl.control.flat import flat_errors, nominal_input, steer
+from slipctl.pairs import for_both
 from slipctl.theory.robust import UncertaintyBound, corrective_input, norm
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start
 
@@ -47,11 +47,15 @@ class RobustKinematic:
     ) -> Decision[SpeedCommand]:
         """Decide the command of one tick."""
         position_error, velocity_error = flat_errors(reference, motion)
-        nominal = nominal_input(reference, position_error, velocity_error, self.gains)
-        weighted = self.weights[:, 0:1] * position_error + self.weights[:, 1:2] * velocity_error
-        cosine, sine = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
-        forward = cosine * nominal[:, 0] + sine * nominal[:, 1]
-        gain = self.bound(self.slip_bound, memory.forward_speed, norm(nominal), forward)
+        (first_gain, second_gain), (first_weight, second_weight) = self._columns
+        nominal = nominal_input(reference, position_error, velocity_error, first_gain, second_gain)
+        weighted = first_weight * position_error + second_weight * velocity_error
+        along = motion.heading_vector * nominal
+        gain = self.bound(self.slip_bound, memory.forward_speed, norm(nominal), along[:, 0] + along[:, 1])
         corrective = corrective_input(weighted, gain, self.boundary_layer)
-        trace = DecisionTrace(nominal, corrective, np.zeros(len(gain), dtype=bool), gain, weighted)
-        return decide(self.drive, memory, motion, nominal + corrective, trace, tick)
+        command, memory, saturated = steer(self.drive, memory, motion, nominal + corrective, tick)
+        return Decision(command, memory, DecisionTrace(nominal, corrective, saturated, gain, weighted))
+
+    @cached_property
+    def _columns(self) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        return for_both(self.gains), for_both(self.weights)

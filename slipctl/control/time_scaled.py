@@ -8,7 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from slipctl.control.drive import DriveLimits, SpeedMemory
-from slipctl.theory.time_scale import path_velocity
+from slipctl.pairs import pair
+from slipctl.theory.time_scale import PathRatio, path_velocity
 from slipctl.tick import Array, Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start
 
 
@@ -34,12 +35,12 @@ class PathMemory:
     ----------
     law : SpeedMemory
         The prolonged state is ṽ [m/s].
-    ratio : (N, 2) array
-        dF/dτ in units of ṽ, along and to the left, as measured last [1].
+    ratio : PathRatio
+        dF/dτ in units of ṽ as measured last.
     """
 
     law: SpeedMemory
-    ratio: Array
+    ratio: PathRatio
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,9 @@ class TimeScaledLaw:
         """
         if start.path_speed is None:
             raise ValueError("a law in path time needs a path with a time of its own")
-        rolling = np.stack([np.ones_like(start.path_speed), np.zeros_like(start.path_speed)], axis=-1)
-        return PathMemory(self.law.start(replace(start, forward_speed=start.path_speed)), rolling)
+        rolling = pair(np.ones_like(start.path_speed), np.zeros_like(start.path_speed))
+        law = self.law.start(replace(start, forward_speed=start.path_speed))
+        return PathMemory(law, PathRatio.of(rolling))
 
     def update(
         self, memory: PathMemory, reference: Reference, motion: Motion, tick: float
@@ -92,13 +94,17 @@ class TimeScaledLaw:
         )
         passed = path.elapsed_after - path.elapsed
         in_path_time = Reference(reference.position, path.velocity, path.acceleration, reference.jerk)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        seen = _with_velocity(motion, velocity)
+        if np.count_nonzero(passed) == passed.size:
+            inner = self.law.update(memory.law, in_path_time, seen, passed)
+        else:
             # Δτ is 0 at the end; only du/dτ = Δṽ/Δτ suffers, which nobody asks for
-            inner = self.law.update(memory.law, in_path_time, _with_velocity(motion, velocity), passed)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inner = self.law.update(memory.law, in_path_time, seen, passed)
 
         before, wanted = speed * path.rate, inner.memory.forward_speed * path.rate_after
         command, limited = self.drive.reach(
-            wanted, before, -np.inf, (wanted - before) / tick, inner.command.yaw_rate * (passed / tick), tick
+            wanted, before, None, (wanted - before) / tick, inner.command.yaw_rate * (passed / tick), tick
         )
         kept, saturated = inner.memory.forward_speed, inner.trace.saturated
         if np.count_nonzero(limited):

@@ -75,21 +75,15 @@ class TorqueDrive:
             Whether the limit changed the command.
         """
         wanted = acceleration + jerk * tick
-        ends = np.array((acceleration, wanted))
-        first, last = torques = self.inertia.torques(ends, yaw_acceleration, wheel_rate)
+        torques = self.inertia.torques(np.array((acceleration, wanted)), yaw_acceleration, wheel_rate)
         peak = np.maximum.reduce(np.abs(torques), axis=(0, 2))
         saturated = peak > self.torque_limit
         if np.count_nonzero(saturated):
             # both wheels together, so that the robot still turns the way it should
-            scale = np.divide(self.torque_limit, peak, out=np.ones(peak.shape), where=saturated)[:, None]
-            first, last = first * scale, last * scale
-            reached, turned = self.inertia.accelerations(last, wheel_rate)
+            scale = np.divide(self.torque_limit, peak, out=np.ones(peak.shape), where=saturated)
+            torques = torques * scale[:, None]
+            reached, turned = self.inertia.accelerations(torques[1], wheel_rate)
             wanted = np.where(saturated, reached, wanted)
             yaw_acceleration = np.where(saturated, turned, yaw_acceleration)
-        command = TorqueCommand(
-            acceleration=wanted,
-            yaw_acceleration=yaw_acceleration,
-            wheel_torque_start=first,
-            wheel_torque_end=last,
-        )
-        return command, PushMemory(command.acceleration), saturated
+        command = TorqueCommand(wanted, yaw_acceleration, torques[0], torques[1])
+        return command, PushMemory(wanted), saturated

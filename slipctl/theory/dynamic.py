@@ -6,10 +6,11 @@ Symbols as in the paper; t = (cos θ, sin θ), n = (−sin θ, cos θ), V = v + 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from slipctl.pairs import pair
+from slipctl.pairs import last_axis, pair
 from slipctl.theory.flatness import invert_decoupling
 from slipctl.theory.robot import WheelGeometry
 from slipctl.tick import Array, Slip
@@ -113,17 +114,17 @@ class Inertia:
         m of the whole robot [kg]; one per world for what controllers believe.
     yaw_inertia : float or (N,) array
         I_z of the whole robot about the axle midpoint [kg·m²].
-    wheel_inertia : float
+    wheel_inertia : float or (N,) array
         Spin inertia of one wheel with its motor, J [kg·m²]. The paper neglects it (0).
-    joint_friction : float
+    joint_friction : float or (N,) array
         Coulomb friction of one axle [N·m]; the paper has none (0).
     """
 
     geometry: WheelGeometry
     mass: float | Array
     yaw_inertia: float | Array
-    wheel_inertia: float = 0.0
-    joint_friction: float = 0.0
+    wheel_inertia: float | Array = 0.0
+    joint_friction: float | Array = 0.0
 
     @property
     def effective_mass(self) -> float | Array:
@@ -135,6 +136,22 @@ class Inertia:
         """Inertia that a yaw acceleration feels, I_z + 2Jb²/r² (rolling) [kg·m²]."""
         ratio = self.geometry.half_track / self.geometry.wheel_radius
         return self.yaw_inertia + 2.0 * self.wheel_inertia * ratio * ratio
+
+    @cached_property
+    def _constants(self) -> tuple[Array, ...]:
+        """Return both effective inertias, both times r, b and r/2, which depend on the body alone.
+
+        They are arrays, which numpy would make of numbers anew in every operation.
+        """
+        mass, yaw_inertia = self.effective_mass, self.effective_yaw_inertia
+        radius, half_track = self.geometry.wheel_radius, self.geometry.half_track
+        numbers = mass, yaw_inertia, radius * mass, radius * yaw_inertia, half_track, radius / 2.0
+        return tuple(np.asarray(number, dtype=np.float64) for number in numbers)
+
+    @cached_property
+    def _rubs(self) -> bool:
+        """Whether any axle rubs."""
+        return bool(np.any(self.joint_friction))
 
     def torques(self, acceleration: Array, yaw_acceleration: Array, wheel_rate: Array) -> Array:
         """Return wheel torques (N, 2), left and right [N·m]; (K, N, 2) for (K, N) accelerations.
@@ -148,18 +165,21 @@ class Inertia:
         wheel_rate : (N, 2) array
             Left, right [rad/s]; its sign says against which way the axles rub.
         """
-        push = self.effective_mass * acceleration
-        turn = self.effective_yaw_inertia * yaw_acceleration / self.geometry.half_track
-        half = self.geometry.wheel_radius / 2.0
-        rub = self.joint_friction * np.sign(wheel_rate)
-        return pair(half * (push - turn) + rub[..., 0], half * (push + turn) + rub[..., 1])
+        mass, yaw_inertia, _, _, half_track, half = self._constants
+        push = mass * acceleration
+        turn = yaw_inertia * yaw_acceleration / half_track
+        sides = np.array((push - turn, push + turn))
+        sides *= half
+        if self._rubs:
+            sides[0] += self.joint_friction * np.sign(wheel_rate[..., 0])
+            sides[1] += self.joint_friction * np.sign(wheel_rate[..., 1])
+        return last_axis(sides)
 
     def accelerations(self, torque: Array, wheel_rate: Array) -> tuple[Array, Array]:
         """Return (μ₁, μ₂) of wheel torques (N, 2), left and right [N·m], (21); the inverse of `torques`."""
-        drive = torque - self.joint_friction * np.sign(wheel_rate)
-        left, right = drive[..., 0], drive[..., 1]
-        radius = self.geometry.wheel_radius
-        return (
-            (left + right) / (radius * self.effective_mass),
-            (right - left) * self.geometry.half_track / (radius * self.effective_yaw_inertia),
-        )
+        _, _, radius_mass, radius_inertia, half_track, _ = self._constants
+        left, right = torque[..., 0], torque[..., 1]
+        if self._rubs:
+            left = left - self.joint_friction * np.sign(wheel_rate[..., 0])
+            right = right - self.joint_friction * np.sign(wheel_rate[..., 1])
+        return (left + right) / radius_mass, (right - left) * half_track / radius_inertia

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
-from slipctl.pairs import pair
+import numpy as np
+
+from slipctl.pairs import last_axis
 from slipctl.tick import Array
 
 GRAVITY = 9.81
@@ -26,11 +29,18 @@ class WheelGeometry:
     wheel_radius: float | Array
     half_track: float | Array
 
+    @cached_property
+    def _lengths(self) -> tuple[Array, Array]:
+        """Return r and b as arrays, which numpy would make of them anew in every operation."""
+        return np.asarray(self.wheel_radius, dtype=np.float64), np.asarray(self.half_track, dtype=np.float64)
+
     def wheel_rates(self, forward_speed: Array, yaw_rate: Array) -> Array:
         """Return wheel rates (N, 2), left and right [rad/s], of v (N,) [m/s] and w (N,) [rad/s]."""
-        sweep = self.half_track * yaw_rate
-        left, right = forward_speed - sweep, forward_speed + sweep
-        return pair(left / self.wheel_radius, right / self.wheel_radius)
+        wheel_radius, half_track = self._lengths
+        sweep = half_track * yaw_rate
+        rates = np.array((forward_speed - sweep, forward_speed + sweep))
+        rates /= wheel_radius
+        return last_axis(rates)
 
     def body_rates(self, wheel_rate: Array) -> tuple[Array, Array]:
         """Return v (N,) [m/s] and w (N,) [rad/s] of wheel rates (N, 2), left and right [rad/s]."""

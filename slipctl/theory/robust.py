@@ -20,8 +20,8 @@ from slipctl.tick import Array
 
 def norm(vector: Array) -> Array:
     """Return the Euclidean norm over the last axis of an (..., 2) array."""
-    x, y = vector[..., 0], vector[..., 1]
-    return np.sqrt(x * x + y * y)
+    squared = vector * vector
+    return np.sqrt(squared[..., 0] + squared[..., 1])
 
 
 def chain_gains(pole: Array, order: int) -> Array:
@@ -87,7 +87,10 @@ def corrective_input(weighted_error: Array, robust_gain: Array, boundary_layer: 
         [m/s²]; zero where JᵀPe = 0.
     """
     divisor = np.maximum(norm(weighted_error), boundary_layer)
-    scale = np.divide(robust_gain, divisor, out=np.zeros(divisor.shape), where=divisor > 0.0)
+    if np.count_nonzero(divisor) == divisor.size:
+        scale = robust_gain / divisor
+    else:
+        scale = np.divide(robust_gain, divisor, out=np.zeros(divisor.shape), where=divisor > 0.0)
     return -scale[:, None] * weighted_error
 
 
@@ -122,7 +125,7 @@ def independent_bound(
     Holds for |v_t|, |v_s| ≤ α|v|, |w_s| ≤ α|v|, |v̇_t|, |v̇_s| ≤ α|ū₁|, where ū₁ contains Δv (derived; the
     corrected form of (53)–(58)). Parameters as in `paper_bound`; `nominal_forward` plays no part.
     """
-    return _small_gain(2.0 * slip_bound, slip_bound, forward_speed, nominal)
+    return _small_gain(2.0, slip_bound, forward_speed, nominal)
 
 
 def slip_ratio_bound(
@@ -133,13 +136,23 @@ def slip_ratio_bound(
     Holds for v_t = ±αv, v_s = ±αv with constant fractions and |w_s| ≤ α|v| (derived). It is not valid where
     the slip rates are independent of the slip. Parameters as in `paper_bound`.
     """
-    return _small_gain(math.sqrt(2.0) * slip_bound, slip_bound, forward_speed, nominal)
+    return _small_gain(math.sqrt(2.0), slip_bound, forward_speed, nominal)
 
 
-def _small_gain(gain: Array, slip_bound: Array, forward_speed: Array, nominal: Array) -> Array:
-    turn = slip_bound * forward_speed * forward_speed
-    rest = turn * np.sqrt(slip_bound * slip_bound + (1.0 + slip_bound) * (1.0 + slip_bound))
-    return (gain * nominal + rest) / (1.0 - gain)
+def _small_gain(factor: float, slip_bound: Array, forward_speed: Array, nominal: Array) -> Array:
+    """Return (q‖v̂‖ + Φ₀)/(1 − q) with q = factor·α and Φ₀ = αv² √(α² + (1 + α)²)."""
+    a = np.asarray(slip_bound, dtype=np.float64)
+    gain, less_gain, share = _of_slip_bound(factor, a.tobytes(), a.shape)
+    rest = slip_bound * forward_speed * forward_speed * share
+    return (gain * nominal + rest) / less_gain
+
+
+@lru_cache(maxsize=256)
+def _of_slip_bound(factor: float, slip_bound: bytes, shape: tuple[int, ...]) -> tuple[Array, Array, Array]:
+    """Return q, 1 − q and √(α² + (1 + α)²), which stay the same from tick to tick."""
+    a = np.frombuffer(slip_bound).reshape(shape)
+    gain = factor * a
+    return gain, 1.0 - gain, np.sqrt(a * a + (1.0 + a) * (1.0 + a))
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,12 @@ Symbols as in the paper. kb, q, Φ and the rest are derived; none of them is pri
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -41,8 +43,48 @@ DynamicBound = Callable[[DynamicState], Array]
 """From a state to ρ (N,) [m/s³]."""
 
 
+Number = TypeVar("Number", float, Array)
+"""One robot's, or those of many."""
+
+
+def _length(x: Any, y: Any) -> Any:
+    """Return √(x² + y²) of two `Number`."""
+    squared = x * x + y * y
+    return math.sqrt(squared) if isinstance(squared, float) else np.sqrt(squared)
+
+
+class _Bound(ABC):
+    """What the bounds share: a formula that is one for numbers and for arrays, which round alike.
+
+    For one robot, Python's numbers take a tenth of the time of arrays that hold one number each, and a bound
+    has some forty operations.
+    """
+
+    def __call__(self, state: DynamicState) -> Array:
+        """Return ρ (N,) [m/s³]."""
+        seen = state.forward_speed, state.yaw_rate, state.acceleration, state.nominal, state.nominal_jerk
+        if len(state.nominal) == 1:
+            return np.array([self._gain(self._numbers, *(array.item() for array in seen))])
+        return self._gain(self._constants, *seen)
+
+    @cached_property
+    def _numbers(self) -> tuple[float, ...]:
+        return tuple(np.asarray(constant).item() for constant in self._constants)
+
+    @cached_property
+    @abstractmethod
+    def _constants(self) -> tuple[Array, ...]:
+        """Return what depends on the parameters alone."""
+
+    @abstractmethod
+    def _gain(
+        self, constants: tuple[Number, ...], v: Number, w: Number, mu1: Number, nominal: Number, jerk: Number
+    ) -> Number:
+        """Return ρ from the constants and the fields of a state."""
+
+
 @dataclass(frozen=True)
-class PaperDynamicBound:
+class PaperDynamicBound(_Bound):
     """ρ of (81) with a Φ from the printed C and the nominal μ̄₁; **not** rigorous.
 
     Φ is not printed; assumed |v̇_s|, |ẇ_s| ≤ α|μ₁|, |v̈_s| ≤ α|μ̄̂₁|, |w_s| unused as in the printed C. On the
@@ -57,22 +99,25 @@ class PaperDynamicBound:
 
     slip_bound: Array
 
-    def __call__(self, state: DynamicState) -> Array:
-        """Return ρ (N,) [m/s³]."""
+    @cached_property
+    def _constants(self) -> tuple[Array, ...]:
+        """Return α, 1 + α, 2α and 1 − α."""
         a = self.slip_bound
-        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
-        along = a * push * turn + a * speed * turn * turn
-        across = (
-            a * speed * turn * turn
-            + (1.0 + a) * speed * a * push
-            + a * np.abs(state.nominal_jerk)
-            + 2.0 * a * turn * push
-        )
-        return (a * state.nominal + along + across) / (1.0 - a)
+        return a, 1.0 + a, 2.0 * a, 1.0 - a
+
+    def _gain(
+        self, constants: tuple[Number, ...], v: Number, w: Number, mu1: Number, nominal: Number, jerk: Number
+    ) -> Number:
+        a, more_a, twice_a, less_a = constants
+        speed, turn, push = abs(v), abs(w), abs(mu1)
+        bent = a * speed * turn * turn
+        along = a * push * turn + bent
+        across = bent + more_a * speed * a * push + a * abs(jerk) + twice_a * turn * push
+        return (a * nominal + along + across) / less_a
 
 
 @dataclass(frozen=True)
-class ProportionalDynamicBound:
+class ProportionalDynamicBound(_Bound):
     """Rigorous ρ for |v_t|, |v_s| ≤ α|v| with constant fractions of unknown sign, and |w_s| ≤ α|v|.
 
     Attributes
@@ -85,36 +130,37 @@ class ProportionalDynamicBound:
 
     @cached_property
     def _constants(self) -> tuple[Array, ...]:
-        """Return kb, a·kb, 2n₂₂, q, 1 − a and 1 − q, which depend on α alone."""
+        """Return α, 2α, kb, α·kb, 2n₂₂, q, 1 − α and 1 − q."""
         a = self.slip_bound
         kb = a / (1.0 - a)
         # the worse sign of v_t: for q it is negative ((q/a)² of the other is less by 8a³/(1 − a²)²), for what
         # multiplies 2wμ₁ positive (a(1 + 2a)/(1 + a) against a(1 − 2a)/(1 − a))
         rest = 1.0 - 2.0 * a
         n22, q = a + a * a / (1.0 + a), kb * np.sqrt(1.0 + rest * rest)
-        return kb, kb * a, 2.0 * n22, q, 1.0 - a, 1.0 - q
+        return a, 2.0 * a, kb, kb * a, 2.0 * n22, q, 1.0 - a, 1.0 - q
 
-    def __call__(self, state: DynamicState) -> Array:
-        """Return ρ (N,) [m/s³]."""
-        a, (kb, a_kb, twice_n22, q, less_a, less_q) = self.slip_bound, self._constants
-        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
-        yaw_slip = a * speed  # |w_s|, and |v_t| and |v_s| as well
+    def _gain(
+        self, constants: tuple[Number, ...], v: Number, w: Number, mu1: Number, nominal: Number, jerk: Number
+    ) -> Number:
+        a, twice_a, kb, a_kb, twice_n22, q, less_a, less_q = constants
+        speed, turn, push = abs(v), abs(w), abs(mu1)
+        yaw_slip, twice_yaw_slip = a * speed, twice_a * speed  # |w_s|, and |v_t| and |v_s| as well
         turn_bound = turn + yaw_slip
         speed_rate = (push + yaw_slip * turn_bound) / less_a
         turned = yaw_slip * (turn_bound * turn_bound)
-        along = a * speed_rate * turn_bound + turned + speed * (2.0 * turn * yaw_slip + yaw_slip * yaw_slip)
+        along = a * speed_rate * turn_bound + turned + speed * (turn * twice_yaw_slip + yaw_slip * yaw_slip)
         across = (
             kb * speed * turn * turn
             + twice_n22 * turn * push
             + a_kb * speed_rate * turn_bound
             + turned
-            + 2.0 * push * yaw_slip
+            + push * twice_yaw_slip
         )
-        return (q * state.nominal + np.sqrt(along * along + across * across)) / less_q
+        return (q * nominal + _length(along, across)) / less_q
 
 
 @dataclass(frozen=True)
-class GeneralDynamicBound:
+class GeneralDynamicBound(_Bound):
     """Rigorous ρ for Assumption 4.6 with known numbers, and |v̈_s| ≤ k₄(|μ̄₁| + |vμ̄₂|) + ξ₄.
 
     Attributes
@@ -134,26 +180,31 @@ class GeneralDynamicBound:
     lateral_slip_acceleration_bound: Array
     coupling_bound: Array
 
-    def __call__(self, state: DynamicState) -> Array:
-        """Return ρ (N,) [m/s³]."""
+    @cached_property
+    def _constants(self) -> tuple[Array, ...]:
+        """Return α, 2α, k₄, ξ₁, 2ξ₁, ξ₁², ξ₂, ξ₃, ξ₄, q and 1 − q."""
         a, k4, xi1 = self.slip_bound, self.coupling_bound, self.yaw_slip_bound
-        speed, turn, push = np.abs(state.forward_speed), np.abs(state.yaw_rate), np.abs(state.acceleration)
+        others = self.lateral_slip_bound, self.lateral_slip_rate_bound, self.lateral_slip_acceleration_bound
+        q = np.sqrt(k4 * k4 + (a + k4) * (a + k4))
+        return a, 2.0 * a, k4, xi1, 2.0 * xi1, xi1 * xi1, *others, q, 1.0 - q
+
+    def _gain(
+        self, constants: tuple[Number, ...], v: Number, w: Number, mu1: Number, nominal: Number, jerk: Number
+    ) -> Number:
+        a, twice_a, k4, xi1, twice_xi1, squared_xi1, xi2, xi3, xi4, q, less_q = constants
+        speed, turn, push = abs(v), abs(w), abs(mu1)
         turn_bound = turn + xi1
         squared = turn_bound * turn_bound
-        q = np.sqrt(k4 * k4 + (a + k4) * (a + k4))
-        along = (
-            self.lateral_slip_rate_bound * turn_bound
-            + a * speed * squared
-            + speed * (2.0 * turn * xi1 + xi1 * xi1)
-        )
+        twice_push = push + push
+        along = xi3 * turn_bound + a * speed * squared + speed * (turn * twice_xi1 + squared_xi1)
         across = (
-            self.lateral_slip_acceleration_bound
-            + self.lateral_slip_bound * squared
-            + 2.0 * push * xi1
-            + 2.0 * a * turn * push
-            + k4 * (speed * turn * turn + 2.0 * turn * push)
+            xi4
+            + xi2 * squared
+            + twice_push * xi1
+            + twice_a * turn * push
+            + k4 * (speed * turn * turn + twice_push * turn)
         )
-        return (q * state.nominal + np.sqrt(along * along + across * across)) / (1.0 - q)
+        return (q * nominal + _length(along, across)) / less_q
 
 
 def largest_calm_dynamic_tick(

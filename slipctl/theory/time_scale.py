@@ -9,6 +9,7 @@ the same fraction of ṽ, so a law keeps its gains, its ρ and its theorem; all 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -84,9 +85,39 @@ class TimeScaled:
         )
 
 
+@dataclass(frozen=True)
+class PathRatio:
+    """dF/dτ in units of ṽ as measured at one instant: 1 + σ, in the robot's frame.
+
+    Attributes
+    ----------
+    velocity, heading_vector : (N, 2) arrays
+        dF/dτ [m/s] and the heading vector at that instant.
+    path_speed : (N,) array
+        ṽ then, positive [m/s].
+    """
+
+    velocity: Array
+    heading_vector: Array
+    path_speed: Array
+
+    @classmethod
+    def of(cls, value: Array) -> PathRatio:
+        """Return the ratio of a value (N, 2)."""
+        ones = np.ones(len(value))
+        return cls(value, pair(ones, np.zeros(len(value))), ones)
+
+    @cached_property
+    def value(self) -> Array:
+        """Along the heading and to its left, (N, 2) [1]; asked for only where a path begins and ends."""
+        cosine, sine = self.heading_vector[:, 0], self.heading_vector[:, 1]
+        x, y = self.velocity[:, 0], self.velocity[:, 1]
+        return pair(cosine * x + sine * y, cosine * y - sine * x) / self.path_speed[:, None]
+
+
 def path_velocity(
-    velocity: Array, heading_vector: Array, rate: Array, path_speed: Array, ratio: Array
-) -> tuple[Array, Array]:
+    velocity: Array, heading_vector: Array, rate: Array, path_speed: Array, ratio: PathRatio
+) -> tuple[Array, PathRatio]:
     """Return dF/dτ = Ḟ/τ̇, also where τ̇ vanishes.
 
     With slip, dF/dτ = ṽ (1 + σ) E has a limit for τ̇ → 0, but Ḟ/τ̇ is 0/0 there, and a moment t from there a
@@ -100,24 +131,25 @@ def path_velocity(
         Ḟ [m/s] and the heading vector.
     rate, path_speed : (N,) arrays
         τ̇ [1] and the commanded ṽ [m/s].
-    ratio : (N, 2) array
-        The ratio held, along and to the left.
+    ratio : PathRatio
+        The ratio held.
 
     Returns
     -------
-    path_velocity, ratio : (N, 2) arrays
-        dF/dτ [m/s], and the ratio to hold from here on.
+    path_velocity : (N, 2) array
+        dF/dτ [m/s].
+    ratio : PathRatio
+        The ratio to hold from here on.
     """
-    cosine, sine = heading_vector[:, 0], heading_vector[:, 1]
     tells = rate >= LEAST_RATE
-    measured = velocity / np.where(tells, rate, 1.0)[:, None]
-    along = cosine * measured[:, 0] + sine * measured[:, 1]
-    left = cosine * measured[:, 1] - sine * measured[:, 0]
     known = tells & (path_speed > 0.0)
     if np.count_nonzero(known) == known.size:
-        return measured, pair(along, left) / path_speed[:, None]
-    share = pair(along, left) / np.where(known, path_speed, 1.0)[:, None]
-    ratio = np.where(known[:, None], share, ratio)
-    along, left = ratio[:, 0] * path_speed, ratio[:, 1] * path_speed
+        measured = velocity / rate[:, None]
+        return measured, PathRatio(measured, heading_vector, path_speed)
+    measured = velocity / np.where(tells, rate, 1.0)[:, None]
+    share = PathRatio(measured, heading_vector, np.where(known, path_speed, 1.0))
+    value = np.where(known[:, None], share.value, ratio.value)
+    cosine, sine = heading_vector[:, 0], heading_vector[:, 1]
+    along, left = value[:, 0] * path_speed, value[:, 1] * path_speed
     held = pair(cosine * along - sine * left, sine * along + cosine * left)
-    return np.where(tells[:, None], measured, held), ratio
+    return np.where(tells[:, None], measured, held), PathRatio.of(value)

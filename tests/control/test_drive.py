@@ -93,6 +93,29 @@ def test_scaling_below_the_floor_leaves_the_floor_in_the_memory():
     assert saturated
 
 
+def test_without_limits_only_the_floor_is_left():
+    drive = limits(worlds=2, speed=0.2, turn=0.1).unlimited()
+    answer, memory, saturated = drive.command(full(2, 0.06), np.array([1e4, -1e4]), full(2, 1e3), TICK)
+    assert answer.forward_speed.tolist() == memory.tolist() == [100.06, 0.05]
+    assert answer.yaw_rate.tolist() == [1e3, 1e3]
+    assert saturated.tolist() == [False, True]
+    np.testing.assert_array_equal(
+        answer.wheel_rate, MAGELLAN_PRO.wheel_rates(answer.forward_speed, answer.yaw_rate)
+    )
+
+
+def test_a_speed_may_be_reached_without_a_floor():
+    """Backwards as well, and as fast as the limit says; a drive without limits as fast as it is told."""
+    wanted, before, turn = np.array([-0.4, -3.0]), np.array([-0.3, -2.4]), np.zeros(2)
+    answer, saturated = limits(2).reach(wanted, before, None, (wanted - before) / TICK, turn, TICK)
+    assert answer.forward_speed.tolist() == [-0.4, -2.5]
+    np.testing.assert_allclose(answer.forward_acceleration, [-10.0, -10.0], rtol=1e-12)
+    assert saturated.tolist() == [False, True]
+    free = limits(2).unlimited().reach(wanted, before, None, (wanted - before) / TICK, turn, TICK)
+    assert free[0].forward_speed.tolist() == [-0.4, -3.0]
+    assert not free[1].any()
+
+
 def test_memory_does_not_wind_up():
     """After a hundred ticks against the limit the first braking tick already shows."""
     drive, memory = limits(), 2.4
@@ -121,3 +144,6 @@ def test_a_command_that_is_no_number_counts_as_saturated_and_stays_in_its_world(
     assert np.isnan(memory[0])
     assert saturated[0]
     assert (answer.forward_speed[1], memory[1], saturated[1]) == (0.51, 0.51, False)
+    answer, _, saturated = limits(2).command(full(2, 0.5), np.ones(2), np.array([0.0, np.nan]), TICK)
+    assert np.isnan(answer.yaw_rate[1])
+    assert saturated.tolist() == [False, True]

@@ -58,7 +58,7 @@ def test_errors_are_actual_minus_desired():
 def test_nominal_input_by_hand():
     """(43) with K₁ = 4, K₂ = 3: (1 − 4·0.5 + 3·1, 2 + 4·1 − 3·0.25)."""
     e1, e2 = pair(0.5, -1.0), pair(-1.0, 0.25)
-    answer = nominal_input(reference(acceleration=(1, 2)), e1, e2, np.array([[4.0, 3.0]]))
+    answer = nominal_input(reference(acceleration=(1, 2)), e1, e2, pair(4.0, 4.0), pair(3.0, 3.0))
     np.testing.assert_array_equal(answer, [[2.0, 5.25]])
 
 

@@ -94,9 +94,9 @@ def test_the_command_names_scenario_and_metric(monkeypatch, tmp_path, capsys):
     assert "rms_position_error" in err
 
 
-def regrouped_input(reference, position_error, velocity_error, gains):
+def regrouped_input(reference, position_error, velocity_error, first_gain, second_gain):
     """Sum `nominal_input` in another order."""
-    feedback = gains[:, 1:2] * velocity_error + gains[:, 0:1] * position_error
+    feedback = second_gain * velocity_error + first_gain * position_error
     return -feedback + reference.acceleration
 
 

@@ -251,6 +251,19 @@ def test_joint_friction_is_added_against_the_rotation_of_each_wheel(rates):
     np.testing.assert_allclose(extra, [[0.07 * np.sign(rate) for rate in rates]], rtol=0, atol=1e-15)
 
 
+def test_every_world_has_the_joint_friction_of_its_own():
+    """As many worlds as wheels, and more."""
+    for friction in (np.array([0.1, 0.2]), np.array([0.1, 0.0, 0.3])):
+        worlds = len(friction)
+        push, spin, rates = np.full(worlds, 0.3), np.full(worlds, 0.2), np.tile([4.0, -2.0], (worlds, 1))
+        body = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=friction)
+        torques = body.torques(push, spin, rates)
+        extra = torques - PAPER.torques(push, spin, rates)
+        np.testing.assert_allclose(extra, np.stack([friction, -friction], -1), rtol=0, atol=1e-15)
+        back = body.accelerations(torques, rates)
+        np.testing.assert_allclose(back, [push, spin], rtol=0, atol=1e-13)
+
+
 def test_friction_alone_slows_a_rolling_robot():
     rubbing = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07)
     push, spin = rubbing.accelerations(np.zeros((1, 2)), np.array([[5.0, 5.0]]))

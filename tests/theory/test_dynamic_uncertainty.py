@@ -278,6 +278,21 @@ def test_gains_do_not_know_signs(signs):
         assert bound(flipped)[0] == bound(state)[0] > 0.0
 
 
+@pytest.mark.parametrize("count", [2, 37])
+def test_gains_of_one_robot_have_the_bits_of_its_row_among_many(count):
+    """One robot's are worked out with Python's numbers."""
+    rng = np.random.default_rng(5)
+    known = rng.uniform(0.01, 0.4, (6, count))
+    states = rng.normal(size=(5, count))
+    for form, parameters in ((PaperDynamicBound, 1), (ProportionalDynamicBound, 1), (GeneralDynamicBound, 6)):
+        many = form(*known[:parameters])(DynamicState(*states))
+        assert many.shape == (count,)
+        for world in range(count):
+            row = slice(world, world + 1)
+            alone = form(*known[:parameters, row])(DynamicState(*states[:, row]))
+            assert alone.tobytes() == many[row].tobytes()
+
+
 def test_proportional_gain_loses_its_meaning_at_one_half():
     """Where v_s follows v, v̈_s contains the control: (70) would allow α < 1, the small gain ends at 1/2."""
     state = DynamicState(*(one(value) for value in (0.2, 0.5, 0.1, 0.4, 0.25)))

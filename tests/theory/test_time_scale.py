@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from slipctl.theory.time_scale import LEAST_RATE, TimeScaled, path_velocity, smooth_step
+from slipctl.theory.time_scale import LEAST_RATE, PathRatio, TimeScaled, path_velocity, smooth_step
 from slipctl.tick import PathTime, Reference
 from tests.builders import full, table_one
 
@@ -109,39 +109,47 @@ def as_complex(pair):
     return complex(pair[0, 0], pair[0, 1])
 
 
+def test_a_ratio_is_the_velocity_seen_from_the_robot_in_units_of_its_speed():
+    """Facing +y at ṽ = 0.5: (−0.2, 0.4) m/s is 0.8 along and 0.4 to the left; facing back, −0.4 and −0.2."""
+    velocity = np.array([[-0.2, 0.4], [0.2, 0.1]])
+    ratio = PathRatio(velocity, np.array([[0.0, 1.0], [-1.0, 0.0]]), full(2, 0.5))
+    np.testing.assert_array_equal(ratio.value, [[0.8, 0.4], [-0.4, -0.2]])
+
+
 def test_the_rate_of_the_path_is_told_where_its_time_passes():
     velocity, facing = moving(0.3, 1.1, 0.12)
-    found, ratio = path_velocity(velocity, facing, full(1, 0.3), full(1, 0.12), np.array([[1.0, 0.0]]))
+    held = PathRatio.of(np.array([[1.0, 0.0]]))
+    found, ratio = path_velocity(velocity, facing, full(1, 0.3), full(1, 0.12), held)
     np.testing.assert_allclose(found, velocity / 0.3, rtol=1e-15)
-    assert as_complex(ratio) == pytest.approx(1.0 + SIGMA, rel=1e-12)
+    assert as_complex(ratio.value) == pytest.approx(1.0 + SIGMA, rel=1e-12)
 
 
 def test_the_threshold_itself_still_tells():
     velocity, facing = moving(LEAST_RATE, 1.1, 0.12)
-    held = np.array([[1.0, 0.0]])
+    held = PathRatio.of(np.array([[1.0, 0.0]]))
     found, ratio = path_velocity(velocity, facing, full(1, LEAST_RATE), full(1, 0.12), held)
     np.testing.assert_allclose(found, velocity / LEAST_RATE, rtol=1e-15)
-    assert as_complex(ratio) == pytest.approx(1.0 + SIGMA, rel=1e-12)
+    assert as_complex(ratio.value) == pytest.approx(1.0 + SIGMA, rel=1e-12)
 
 
 @pytest.mark.parametrize("path_speed", [0.0, -0.1])
 def test_a_robot_that_is_not_asked_to_move_forward_tells_its_rate_but_no_ratio(path_speed):
     velocity, facing = np.array([[0.03, -0.02]]), moving(0.3, 1.1, 0.0)[1]
-    held = np.array([[1.4, -0.4]])
+    held = PathRatio.of(np.array([[1.4, -0.4]]))
     found, ratio = path_velocity(velocity, facing, full(1, 0.3), full(1, path_speed), held)
     np.testing.assert_allclose(found, velocity / 0.3, rtol=1e-15)
-    np.testing.assert_array_equal(ratio, held)
+    np.testing.assert_array_equal(ratio.value, [[1.4, -0.4]])
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.5 * LEAST_RATE])
 def test_the_ratio_is_held_where_the_path_s_time_hardly_passes(rate):
     """Turned with the robot, scaled with ṽ; whatever the velocity says, even what a lagging servo leaves."""
     nonsense, facing = np.array([[0.3, -0.2]]), moving(0.0, -2.0, 0.0)[1]
-    held = np.array([[1.4, -0.4]])
+    held = PathRatio.of(np.array([[1.4, -0.4]]))
     found, ratio = path_velocity(nonsense, facing, full(1, rate), full(1, 0.07), held)
     expected = 0.07 * (1.4 - 0.4j) * np.exp(-2.0j)
     assert as_complex(found) == pytest.approx(complex(expected), rel=1e-12)
-    np.testing.assert_array_equal(ratio, held)
+    np.testing.assert_array_equal(ratio.value, [[1.4, -0.4]])
 
 
 def test_each_world_is_told_or_held_for_itself():
@@ -149,17 +157,18 @@ def test_each_world_is_told_or_held_for_itself():
     facing = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])
     rates, speeds = np.array([0.3, 0.001, 0.5]), np.array([0.1, 0.2, 0.15])
     held = np.array([[1.4, -0.4], [1.2, 0.3], [0.9, 0.1]])
-    found, ratio = path_velocity(velocity, facing, rates, speeds, held)
+    found, ratio = path_velocity(velocity, facing, rates, speeds, PathRatio.of(held))
     for world in range(3):
         row = slice(world, world + 1)
-        alone = path_velocity(velocity[row], facing[row], rates[row], speeds[row], held[row])
+        seen = velocity[row], facing[row], rates[row], speeds[row]
+        alone = path_velocity(*seen, PathRatio.of(held[row]))
         np.testing.assert_array_equal(found[row], alone[0])
-        np.testing.assert_array_equal(ratio[row], alone[1])
+        np.testing.assert_array_equal(ratio.value[row], alone[1].value)
 
 
 def test_no_jump_where_holding_begins():
     """On either side of the threshold a robot whose slip ratio does not change looks the same."""
-    ratio = np.array([[1.0, 0.0]])
+    ratio = PathRatio.of(np.array([[1.0, 0.0]]))
     looks = []
     for rate in (LEAST_RATE * 1.001, LEAST_RATE * 0.999):
         velocity, facing = moving(rate, 0.4, 0.1)
