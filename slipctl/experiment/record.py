@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from slipctl.view import RunInfo, Theorem
 
 MANY = 24
-"""Up to so many worlds, all are recorded unless told otherwise; above, those with the largest errors."""
+"""Up to so many worlds, all are recorded unless told otherwise."""
+
+WORST = 12
+"""Of more worlds, so many are: those with the largest errors; more would cost more than a tenth of a sweep."""
 
 
 class RecordChoiceError(Exception):
@@ -79,7 +82,7 @@ def worlds_to_record(record: str, metrics: pa.Table) -> tuple[list[int], str]:
         what = "those that did not complete" if early.any() else "every run completed"
         return chosen, f"{_recordings(len(chosen))} {of_all}: {what}{left_out}"
     if record == "auto" and total > MANY:
-        count = MANY
+        count = WORST
     if count is None or count >= shown.sum():
         of = f" {of_all}" if hidden else ""
         return worlds[shown].tolist(), f"{_recordings(int(shown.sum()))}{of}: one per world{left_out}"

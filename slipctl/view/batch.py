@@ -8,8 +8,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from itertools import repeat
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ import pyarrow.parquet as pq
 
 from slipctl.shape import Shape
 from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording
+from slipctl.view.tracks import rows_of
 
-IN_PROCESS = 24  # worlds per process: every recording leaves 2 to 4 threads behind until its process ends
+IN_PROCESS = 64
+"""Worlds per process: until it ends, the layout of every recording keeps two threads and some 5 MB."""
 
 Progress = Callable[[int, int], None]
 
@@ -40,14 +44,14 @@ def write_all(
     folder : Path
         Where ``world.file`` is written.
     signals : pyarrow.Table or Path
-        The signals of all runs, or the Parquet file that holds them (then only one world's rows are in
-        memory at a time; it is fast where a row group holds few runs).
+        The signals of all runs, or the Parquet file that holds them (then only the row groups of one world
+        are in memory at a time; each is read once where the worlds come in the order of their runs).
     worlds : sequence of WorldRecording
         What to write.
     shapes : sequence of Shape or None
         The robot's shapes; None = a plain disc robot.
     threads : int or None
-        Worker processes at a time, used beyond 24 worlds; None = the machine's cores, at most 4.
+        Worker processes at a time, used beyond 64 worlds; None = the machine's cores, at most 4.
     progress : callable or None
         Called with recordings done and recordings in all.
 
@@ -71,11 +75,11 @@ def write_all(
             rows = max(1, len(signals) // sum(len(world.runs) for world in worlds))
             pq.write_table(signals, source, row_group_size=rows)
         jobs = []
-        for start in range(0, len(worlds), IN_PROCESS):
-            job = Path(scratch) / f"job-{start}.json"
-            text = _encode(folder, source, worlds[start : start + IN_PROCESS], shapes)
-            job.write_text(text, encoding="utf-8")
-            jobs.append((job, len(worlds[start : start + IN_PROCESS])))
+        count = min(IN_PROCESS, -(-len(worlds) // workers))
+        for start in range(0, len(worlds), count):
+            some, job = worlds[start : start + count], Path(scratch) / f"job-{start}.json"
+            job.write_text(_encode(folder, source, some, shapes), encoding="utf-8")
+            jobs.append((job, len(some)))
         _work(jobs, workers, tell, len(worlds))
     return [folder / world.file for world in worlds]
 
@@ -113,12 +117,31 @@ def _write_here(
     from slipctl.view.recording import write
 
     written = []
-    for world in worlds:
-        runs = [run.run for run in world.runs]
-        rows = pq.read_table(signals, filters=[("run", "in", runs)]) if isinstance(signals, Path) else signals
+    tables = _rows(signals, worlds) if isinstance(signals, Path) else repeat(signals)
+    for world, rows in zip(worlds, tables, strict=False):
         written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
         tell(len(written), len(worlds))
     return written
+
+
+def _rows(signals: Path, worlds: Sequence[WorldRecording]) -> Iterator[pa.Table]:
+    """Yield the rows of each world; a row group that holds several worlds in a row is read once for them."""
+    with pq.ParquetFile(signals) as file:
+        spans = _spans(file.metadata)
+        held: dict[int, pa.Table] = {}
+        for world in worlds:
+            runs = [run.run for run in world.runs]
+            needed = [k for k, (first, last) in enumerate(spans) if any(first <= run <= last for run in runs)]
+            held = {k: held[k] if k in held else file.read_row_group(k) for k in needed}
+            parts = [rows_of(part, np.isin(part["run"].to_numpy(), runs)) for part in held.values()]
+            yield pa.concat_tables(parts) if parts else file.schema_arrow.empty_table()
+
+
+def _spans(metadata: pq.FileMetaData) -> list[tuple[float, float]]:
+    """Return first and last run of each row group; everything where the file does not say."""
+    column = next(k for k in range(metadata.num_columns) if metadata.schema.column(k).path == "run")
+    told = [metadata.row_group(k).column(column).statistics for k in range(metadata.num_row_groups)]
+    return [(one.min, one.max) if one is not None and one.has_min_max else (-inf, inf) for one in told]
 
 
 def _work(jobs: Sequence[tuple[Path, int]], workers: int, tell: Progress, total: int) -> None:

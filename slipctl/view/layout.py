@@ -16,7 +16,13 @@ from slipctl.view.theorem import LANES
 from slipctl.view.tracks import Track
 from slipctl.view.views import Plots, column, lane
 
-SKY = (0x16, 0x19, 0x1D)
+SKY = rrb.Background((0x16, 0x19, 0x1D))
+NO_GRID = rrb.LineGrid3D(visible=False)
+UNTIL_NOW = rrb.VisibleTimeRanges(
+    timeline="sim_time",
+    start=rrb.TimeRangeBoundary.infinite(),
+    end=rrb.TimeRangeBoundary.cursor_relative(),
+)
 
 
 def blueprint(
@@ -122,7 +128,7 @@ def _slip_tab(track: Track, root: str, plots: Plots, scales: Scales, count: int)
         contents=[f"+ {root}/**", "+ /reference/**", "+ /ground/**", f"- {root}/robot/base/label"],
         name=" · ".join(arrow_words(scales)),
         background=SKY,
-        line_grid=rrb.LineGrid3D(visible=False),
+        line_grid=NO_GRID,
         overrides=_growing([root]),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
@@ -160,7 +166,7 @@ def scene_view(
         ],
         name=name,
         background=SKY,
-        line_grid=rrb.LineGrid3D(visible=False),
+        line_grid=NO_GRID,
         overrides=_growing(roots.values()),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital, position=position, look_target=(middle[0], middle[1], 0.0), eye_up=up
@@ -175,12 +181,7 @@ def _input_unit(tracks: Sequence[Track]) -> str:
 
 def _growing(roots: Iterable[str]) -> dict[Any, Any]:
     """Show every piece of a trail up to the cursor."""
-    until_now = rrb.VisibleTimeRanges(
-        timeline="sim_time",
-        start=rrb.TimeRangeBoundary.infinite(),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    return {f"{root}/trail": until_now for root in roots}
+    return {f"{root}/trail": UNTIL_NOW for root in roots}
 
 
 def _sides(stem: str) -> list[str]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
+from rerun.chunk import Chunk
 
+from slipctl.view.chunks import Clock, lasting, scalars
 from slipctl.view.colours import NOMINAL_INPUT, REFERENCE, ROBUST_INPUT, Rgb, darker, lighter
 from slipctl.view.theorem import HELD, LANES, quantities
 from slipctl.view.tracks import PLOT_RATE, Array, Track, kept, nanoseconds, stride
@@ -77,15 +80,38 @@ def log_series(rec: rr.RecordingStream, root: str, track: Track, colour: Rgb, or
         The stride n.
     """
     step = stride(track.time, PLOT_RATE)
-    rows = kept(track.time, step)
-    for name in columns(track):
-        present = rows[track.table[name].is_valid().to_numpy(zero_copy_only=False)[rows]]
-        _log(rec, root, name, track.units.get(name, ""), track, track.values(name), present, colour, order)
-    for series in derived(track):
-        present = rows[np.isfinite(series.values[rows])]
-        _log(rec, root, series.path, series.unit, track, series.values, present, colour, order)
-    _log_states(rec, root, track)
+    every = Clock.of(track.time, kept(track.time, step))
+    rec.send_chunks([*_series(root, track, every, colour, order), *_states(root, track)])
     return step
+
+
+def _series(root: str, track: Track, every: Clock, colour: Rgb, order: int) -> Iterator[Chunk]:
+    """Yield the chunks of all series: how each is drawn, then its values in the rows that have one."""
+    found = [
+        (name, track.units.get(name, ""), track.values(name), track.filled(name)) for name in columns(track)
+    ]
+    for series in derived(track):
+        finite = np.isfinite(series.values)
+        found.append((series.path, series.unit, series.values, None if finite.all() else finite))
+    clocks: dict[bytes, Clock] = {}  # columns that begin late begin together
+    for name, unit, values, filled in found:
+        clock = every
+        if filled is not None:
+            key = filled.tobytes()
+            clock = clocks[key] = clocks.get(key) or Clock.of(track.time, every.rows[filled[every.rows]])
+        if len(clock.rows) == 0:
+            continue
+        path, (shade, width) = entity(root, name), _style(name, colour, order)
+        held = name.startswith(("decision.", "wheel.rate_command")) or name in STATES
+        yield lasting(
+            path,
+            rr.SeriesLines,
+            colors=(shade,),
+            widths=(width,),
+            names=(series_name(track.name, name, unit),),
+            interpolation_mode="StepAfter" if held else "Linear",
+        )
+        yield scalars(path, clock, values)
 
 
 def series_name(label: str, column: str, unit: str) -> str:
@@ -97,32 +123,6 @@ def series_name(label: str, column: str, unit: str) -> str:
     group, _, rest = column.partition(".")
     column = rest if group in ("error", "wheel", "decision", "guarantee") else column
     return f"{label} {column} [{unit}]" if unit not in ("", "1") else f"{label} {column}"
-
-
-def _log(
-    rec: rr.RecordingStream,
-    root: str,
-    name: str,
-    unit: str,
-    track: Track,
-    values: Array,
-    rows: np.ndarray,
-    colour: Rgb,
-    order: int,
-) -> None:
-    if len(rows) == 0:
-        return
-    shade, width = _style(name, colour, order)
-    held = name.startswith(("decision.", "wheel.rate_command")) or name in STATES
-    style = rr.SeriesLines(
-        colors=[shade],
-        widths=[width],
-        names=[series_name(track.name, name, unit)],
-        interpolation_mode="StepAfter" if held else "Linear",
-    )
-    rec.log(entity(root, name), style, static=True, strict=True)
-    times = rr.TimeColumn("sim_time", duration=nanoseconds(track.time[rows]))
-    rec.send_columns(entity(root, name), [times], rr.Scalars.columns(scalars=values[rows]), strict=True)
 
 
 def _style(name: str, colour: Rgb, order: int) -> tuple[Rgb | tuple[int, int, int, int], float]:
@@ -150,7 +150,8 @@ def _style(name: str, colour: Rgb, order: int) -> tuple[Rgb | tuple[int, int, in
     return colour, 1.5
 
 
-def _log_states(rec: rr.RecordingStream, root: str, track: Track) -> None:
+def _states(root: str, track: Track) -> Iterator[Chunk]:
+    """Yield the chunks of the lanes: the words and colours of each, then its changes."""
     for column, (name, true, false) in STATES.items():
         if not track.has(column):
             continue
@@ -160,11 +161,8 @@ def _log_states(rec: rr.RecordingStream, root: str, track: Track) -> None:
         changes = np.flatnonzero(np.concatenate([[True], on[1:] != on[:-1]]))
         path = f"{root}/state/{name.replace(' ', '_')}"
         words = [true[0] if on[change] else false[0] for change in changes]
-        meaning = rr.StateConfiguration(
-            values=[true[0], false[0]],
-            labels=[true[0], false[0]],
-            colors=np.array([true[1], false[1]], dtype=np.uint32),
-        )
-        rec.log(path, meaning, static=True, strict=True)
+        both = (true[0], false[0])
+        yield lasting(path, rr.StateConfiguration, values=both, labels=both, colors=(true[1], false[1]))
         times = rr.TimeColumn("sim_time", duration=nanoseconds(time[changes]))
-        rec.send_columns(path, [times], rr.StateChange.columns(state=words), strict=True)
+        column = rr.ComponentColumn(rr.StateChange.descriptor_state(), rr.components.TextBatch(words))
+        yield Chunk.from_columns(path, [times], [column])

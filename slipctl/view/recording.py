@@ -83,6 +83,7 @@ def put(path: Path, content: bytes) -> Path:
     RecordingError
         There are none, because Rerun is switched off, or the file cannot be written.
     """
+    _end_threads()
     if not content:
         switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
         raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
@@ -128,13 +129,23 @@ def _encode(tracks: list[Track], info: Mapping[str, Any], shapes: Sequence[Shape
         return memory.drain_as_bytes()
 
 
-def new_stream(application: str, identity: str) -> rr.RecordingStream:
-    """Return a stream into memory whose chunks do not depend on how fast it is written."""
+@contextmanager
+def new_stream(application: str, identity: str) -> Iterator[rr.RecordingStream]:
+    """Open a stream into memory whose chunks do not depend on how fast it is written."""
     # otherwise what is logged is put together by the clock, and a busy machine gives another file
     batches = rr.ChunkBatcherConfig.NEVER()
-    return rr.RecordingStream(
+    stream = rr.RecordingStream(
         application, recording_id=identity, send_properties=False, batcher_config=batches
     )
+    try:
+        yield stream
+    finally:
+        stream.disconnect()  # or else its two threads stay until the process ends; those of its layout do
+
+
+def _end_threads() -> None:
+    """End the threads of recordings that are done; Rerun does so only when it is initialised again."""
+    rr.init("slipctl", init_logging=False)
 
 
 def _log_events(rec: rr.RecordingStream, root: str, track: Track, info: Mapping[str, Any]) -> None:

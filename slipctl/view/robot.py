@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import rerun as rr
 
 from slipctl.shape import Shape
+from slipctl.view.chunks import lasting
 from slipctl.view.colours import Rgb, darker
 
 WHEEL_RADIUS = 0.0825  # m, Table II of Ryu & Agrawal; used where the plant does not say
@@ -52,10 +53,13 @@ def log_shapes(rec: rr.RecordingStream, parent: str, shapes: Sequence[Shape], bo
     shade of it; the rest stays: black tyres, white spokes. Kinds that have no picture (planes, meshes) are
     left out.
     """
+    chunks = []
     for number, shape in enumerate(shape for shape in shapes if shape.body == body):
-        archetype = _archetype(shape, _tint(shape, colour))
-        if archetype is not None:
-            rec.log(f"{parent}/shape_{number}", archetype, static=True, strict=True)
+        drawn = _archetype(shape, _tint(shape, colour))
+        if drawn is not None:
+            build, fields = drawn
+            chunks.append(lasting(f"{parent}/shape_{number}", build, **fields))
+    rec.send_chunks(chunks)
 
 
 def xyzw(quaternion: Any) -> np.ndarray:
@@ -85,24 +89,30 @@ def _tint(shape: Shape, colour: Rgb) -> Rgb:
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
-def _archetype(shape: Shape, colour: Rgb) -> rr.AsComponents | None:
+def _archetype(shape: Shape, colour: Rgb) -> tuple[Callable[..., rr.AsComponents], dict[str, Any]] | None:
     """Translate one shape; sizes are half lengths and radii as in MJCF, Rerun wants whole lengths."""
-    size = [float(part) for part in shape.size]
-    pose: dict[str, Any] = {"quaternions": [xyzw(shape.quaternion)], "colors": [colour], "fill_mode": "solid"}
-    center = [np.asarray(shape.position, dtype=np.float64)]
+    size = tuple(float(part) for part in shape.size)
+    pose: dict[str, Any] = {
+        "quaternions": (tuple(xyzw(shape.quaternion).tolist()),),
+        "colors": (colour,),
+        "fill_mode": "solid",
+    }
+    middle = np.asarray(shape.position, dtype=np.float64)
+    center = (tuple(middle.tolist()),)
     match shape.kind:
         case "box":
-            return rr.Boxes3D(half_sizes=[size], centers=center, **pose)
+            return rr.Boxes3D, {"half_sizes": (size,), "centers": center, **pose}
         case "cylinder":
-            return rr.Cylinders3D(lengths=[2 * size[1]], radii=[size[0]], centers=center, **pose)
+            return rr.Cylinders3D, {"lengths": (2 * size[1],), "radii": (size[0],), "centers": center, **pose}
         case "sphere":
-            return rr.Ellipsoids3D(radii=[size[0]], centers=center, **pose)
+            return rr.Ellipsoids3D, {"radii": (size[0],), "centers": center, **pose}
         case "ellipsoid":
-            return rr.Ellipsoids3D(half_sizes=[size], centers=center, **pose)
+            return rr.Ellipsoids3D, {"half_sizes": (size,), "centers": center, **pose}
         case "capsule":
             # Rerun's capsule grows from its origin along z, MuJoCo's is centred
-            start = center[0] - _rotate(shape.quaternion, np.array([0.0, 0.0, size[1]]))
-            return rr.Capsules3D(lengths=[2 * size[1]], radii=[size[0]], translations=[start], **pose)
+            start = middle - _rotate(shape.quaternion, np.array([0.0, 0.0, size[1]]))
+            pose["translations"] = (tuple(start.tolist()),)
+            return rr.Capsules3D, {"lengths": (2 * size[1],), "radii": (size[0],), **pose}
     return None
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import rerun as rr
 
 from slipctl.shape import Shape
+from slipctl.view.chunks import lasting, strips
 from slipctl.view.colours import REFERENCE, ROBUST_INPUT, Rgb, lighter
 from slipctl.view.framing import scene_box
 from slipctl.view.ground import lift, log_ground, log_pushes, log_terrain
@@ -99,10 +100,10 @@ def log_world(rec: rr.RecordingStream, tracks: Sequence[Track], info: Mapping[st
         rr.Transform3D.columns(translation=path),
         strict=True,
     )
-    pole = rr.LineStrips3D([[[0, 0, 0], [0, 0, 0.42]]], colors=[REFERENCE], radii=[0.004])
-    rec.log("/reference/target/pole", pole, static=True, strict=True)
-    top = rr.Points3D([[0, 0, 0.42]], colors=[lighter(REFERENCE)], radii=[0.018])
-    rec.log("/reference/target/top", top, static=True, strict=True)
+    pole: dict[str, Any] = {"strips": (((0.0, 0.0, 0.0), (0.0, 0.0, 0.42)),), "radii": (0.004,)}
+    rec.send_chunks(lasting("/reference/target/pole", rr.LineStrips3D, **pole, colors=(REFERENCE,)))
+    top: dict[str, Any] = {"positions": ((0.0, 0.0, 0.42),), "radii": (0.018,)}
+    rec.send_chunks(lasting("/reference/target/top", rr.Points3D, **top, colors=(lighter(REFERENCE),)))
 
 
 def _log_level_floor(rec: rr.RecordingStream, low: Array, high: Array) -> None:
@@ -110,7 +111,7 @@ def _log_level_floor(rec: rr.RecordingStream, low: Array, high: Array) -> None:
     rec.log("/ground/floor", floor, static=True, strict=True)
     along_y = [[[x, low[1], 0.001], [x, high[1], 0.001]] for x in np.arange(low[0], high[0] + GRID / 2, GRID)]
     along_x = [[[low[0], y, 0.001], [high[0], y, 0.001]] for y in np.arange(low[1], high[1] + GRID / 2, GRID)]
-    lines = rr.LineStrips3D(along_y + along_x, colors=[LINES], radii=rr.Radius.ui_points([0.6]))
+    lines = rr.LineStrips3D(np.array(along_y + along_x), colors=[LINES], radii=rr.Radius.ui_points([0.6]))
     rec.log("/ground/grid", lines, static=True, strict=True)
 
 
@@ -152,8 +153,8 @@ def log_run(
     )
     shapes = disc_robot(radius, half_track) if shapes is None else shapes
     slim = 1 - NESTING * order
-    body = rr.Transform3D(scale=[slim, slim, 1.0], translation=[0.0, 0.0, 0.003 * order])
-    rec.log(f"{base}/body", body, static=True, strict=True)
+    fit: dict[str, Any] = {"scale": (slim, slim, 1.0), "translation": (0.0, 0.0, 0.003 * order)}
+    rec.send_chunks(lasting(f"{base}/body", rr.Transform3D, **fit))
     log_shapes(rec, f"{base}/body", shapes, "base", colour)
     for place, (side, sign) in enumerate((("left", 1), ("right", -1))):
         wheel = f"{base}/{side}_wheel"
@@ -183,14 +184,8 @@ def _log_label(rec: rr.RecordingStream, base: str, track: Track, colour: Rgb, or
         names.append(f"{track.name}: {track.info.status.replace('_', ' ')}")
         at.append(float(track.info.end_time if track.info.end_time is not None else track.time[-1]))
     label = f"{base}/label"
-    rec.log(
-        label,
-        rr.Points3D.from_fields(
-            positions=[[0, 0, 0.26 + 0.09 * order]], radii=[0.006], colors=[colour], show_labels=True
-        ),
-        static=True,
-        strict=True,
-    )
+    above: dict[str, Any] = {"positions": ((0.0, 0.0, 0.26 + 0.09 * order),), "radii": (0.006,)}
+    rec.send_chunks(lasting(label, rr.Points3D.from_fields, **above, colors=(colour,), show_labels=True))
     times = [rr.TimeColumn("sim_time", duration=nanoseconds(np.array(at)))]
     rec.send_columns(label, times, rr.Points3D.columns(labels=names), strict=True)
 
@@ -202,15 +197,14 @@ def _log_trail(
     ends = np.unique(np.linspace(0, len(rows) - 1, min(TRAIL_PIECES, len(rows))).round().astype(int))[1:]
     if len(ends) == 0:
         return
-    pieces = [ground[first : last + 1] for first, last in zip([0, *ends[:-1]], ends, strict=True)]
-    rec.log(
-        trail,
-        rr.LineStrips3D.from_fields(colors=[colour], radii=[max(0.011 - 0.004 * order, 0.003)]),
-        static=True,
-        strict=True,
-    )
+    starts = np.concatenate([[0], ends[:-1]])
+    pieces = [np.arange(first, last + 1) for first, last in zip(starts, ends, strict=True)]
+    radius = max(0.011 - 0.004 * order, 0.003)
+    rec.send_chunks(lasting(trail, rr.LineStrips3D.from_fields, colors=(colour,), radii=(radius,)))
     times = [rr.TimeColumn("sim_time", duration=nanoseconds(track.time[rows[ends]]))]
-    rec.send_columns(trail, times, rr.LineStrips3D.columns(strips=pieces), strict=True)
+    lines = strips(ground[np.concatenate(pieces)], ends - starts + 1)
+    column = rr.ComponentColumn(rr.LineStrips3D.descriptor_strips(), lines)
+    rec.send_columns(trail, times, [column], strict=True)
 
 
 def _log_arrows(
@@ -226,8 +220,8 @@ def _log_arrows(
     if track.has("slip.longitudinal", "slip.lateral"):
         slip = np.stack([track.values("slip.longitudinal"), -track.values("slip.lateral")], axis=1)[rows]
         arrow = f"{base}/arrows/slip"
-        style = rr.Arrows3D.from_fields(origins=[[0, 0, 0.22]], colors=[ROBUST_INPUT], radii=[0.012])
-        rec.log(arrow, style, static=True, strict=True)
+        style: dict[str, Any] = {"origins": ((0.0, 0.0, 0.22),), "colors": (ROBUST_INPUT,), "radii": (0.012,)}
+        rec.send_chunks(lasting(arrow, rr.Arrows3D.from_fields, **style))
         vectors = _at_height(np.nan_to_num(slip) * scales.slip, 0.0)
         rec.send_columns(arrow, times, rr.Arrows3D.columns(vectors=vectors), strict=True)
     for side, sign in (("left", 1), ("right", -1)):
@@ -235,8 +229,7 @@ def _log_arrows(
             continue
         force = np.stack([track.values(name) for name in _force_columns(side)], axis=1)[rows]
         arrow = f"{base}/arrows/traction_{side}"
-        style = rr.Arrows3D.from_fields(radii=[0.010])
-        rec.log(arrow, style, static=True, strict=True)
+        rec.send_chunks(lasting(arrow, rr.Arrows3D.from_fields, radii=(0.010,)))
         origins = np.stack([0 * floor, 0 * floor + sign * (half_track + 0.05), floor + 0.015], axis=1)
         vectors = _at_height(np.nan_to_num(force) / scales.traction, 0.0)
         name = f"wheel.sliding.{side}"

@@ -22,7 +22,7 @@ from slipctl.view.plots import entity
 from slipctl.view.recording import new_stream, put, strict
 from slipctl.view.scene import choose_scales, log_run, log_world
 from slipctl.view.tracks import Array, Track, nanoseconds, read_tracks
-from slipctl.view.views import column
+from slipctl.view.views import LEGEND, TIMES, column
 
 BASELINE: Rgb = (0xD8, 0xD8, 0xD8)
 """Lighter than the reference, which is grey as well."""
@@ -222,9 +222,9 @@ def _view(plot: Plot) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         contents=[f"+ {curve.path}" for curve in plot.curves],
         name=title,
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_x=TIMES,
         axis_y=rrb.ScalarAxis(range=limits) if limits else None,
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+        plot_legend=LEGEND,
     )
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from slipctl.view.content import RecordingError, RunInfo, short_labels
@@ -46,14 +46,20 @@ class Track:
 
     def has(self, *names: str) -> bool:
         """Return whether all the columns exist and hold at least one value each."""
-        return all(
-            name in self.table.column_names and self.table[name].null_count < len(self.table)
-            for name in names
-        )
+        rows = len(self.table)
+        return all(self._nulls.get(name, rows) < rows for name in names)
 
     def values(self, name: str) -> Array:
-        """Return a column as a (T,) float array; NaN where it is null, booleans as 0 and 1."""
-        return _floats(self.table[name])
+        """Return a column as a (T,) float array, not to be written to; NaN for null, booleans as 0 and 1."""
+        if name not in self._read:
+            self._read[name] = _floats(self.table[name])
+        return self._read[name]
+
+    def filled(self, name: str) -> NDArray[np.bool_] | None:
+        """Return where a column (T,) holds a value; None = everywhere."""
+        if self._nulls[name] == 0:
+            return None
+        return self.table[name].is_valid().to_numpy()
 
     def pair(self, stem: str, ends: tuple[str, str] = ("x", "y")) -> Array:
         """Return two columns ``stem.x`` and ``stem.y`` (or other ends) as a (T, 2) array."""
@@ -63,6 +69,17 @@ class Track:
         """Return the length of the vector ``stem.x``, ``stem.y``, (T,)."""
         pair = self.pair(stem)
         return np.sqrt(pair[:, 0] * pair[:, 0] + pair[:, 1] * pair[:, 1])
+
+    # Pictures ask for the same few columns again and again: each is counted and converted once.
+
+    @cached_property
+    def _nulls(self) -> dict[str, int]:
+        columns = zip(self.table.column_names, self.table.columns, strict=True)
+        return {name: column.null_count for name, column in columns}
+
+    @cached_property
+    def _read(self) -> dict[str, Array]:
+        return {}
 
 
 def read_tracks(signals: pa.Table, runs: Sequence[RunInfo]) -> list[Track]:
@@ -98,14 +115,22 @@ def read_tracks(signals: pa.Table, runs: Sequence[RunInfo]) -> list[Track]:
         for field in signals.schema
         if field.metadata and b"unit" in field.metadata
     }
-    names = short_labels(labels)
+    names, owners = short_labels(labels), signals["run"].to_numpy()
     tracks = []
     for run in runs:
-        rows = signals.filter(pc.field("run") == run.run)
+        rows = rows_of(signals, owners == run.run)
         if len(rows) == 0:
             raise RecordingError(f"the signals have no rows of run {run.run} ({run.label})")
         tracks.append(Track(run, names[run.label], rows, _floats(rows["time"]), units))
     return tracks
+
+
+def rows_of(table: pa.Table, wanted: NDArray[np.bool_]) -> pa.Table:
+    """Return the rows of a table that a mask (T,) wants; nothing is copied where they lie together."""
+    places = np.flatnonzero(wanted)
+    if len(places) and places[-1] - places[0] + 1 == len(places):
+        return table.slice(places[0], len(places))
+    return table.filter(pa.array(wanted))
 
 
 def nanoseconds(time: Array) -> NDArray[np.timedelta64]:
@@ -136,4 +161,6 @@ def nice(value: float) -> float:
 def _floats(column: pa.ChunkedArray) -> Array:
     if pa.types.is_boolean(column.type):
         column = column.cast(pa.uint8())
-    return column.cast(pa.float64()).to_numpy()
+    if column.type != pa.float64():
+        column = column.cast(pa.float64())
+    return column.to_numpy()

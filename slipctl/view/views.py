@@ -11,6 +11,9 @@ from slipctl.view.framing import axis_range, from_zero
 from slipctl.view.plots import derived, entity
 from slipctl.view.tracks import Track
 
+TIMES = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+LEGEND = rrb.PlotLegend(rrb.Corner2D.RightTop)
+
 
 class Plots:
     """Time-series views over the runs of a world; series that a run lacks are left out."""
@@ -66,9 +69,9 @@ class Plots:
         return rrb.TimeSeriesView(
             contents=[f"+ {entity(self._roots[track.info.label], column)}" for track, column in present],
             name=name + (" · axis without the first transient" if limits else ""),
-            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+            axis_x=TIMES,
             axis_y=rrb.ScalarAxis(range=shown) if shown else None,
-            plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+            plot_legend=LEGEND,
         )
 
     def _values(self, track: Track, column: str) -> np.ndarray | None:

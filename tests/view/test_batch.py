@@ -6,6 +6,7 @@ import threading
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -72,6 +73,59 @@ def test_each_world_gets_its_own_runs(tmp_path: Path) -> None:
     _, values = Recording(second).rows("/runs/robust/error/position", "Scalars:scalars")
     expected = signals(3, duration=0.5)["error.position"].to_pylist()
     assert values == expected
+
+
+def test_row_groups_are_read_once_wherever_they_cut_the_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = len(TABLE) // 4
+    pq.write_table(TABLE, tmp_path / "signals.parquet", row_group_size=rows + 7)
+    read: list[int] = []
+    original = pq.ParquetFile.read_row_group
+
+    def counted(file: pq.ParquetFile, group: int) -> pa.Table:
+        read.append(group)
+        return original(file, group)
+
+    monkeypatch.setattr(pq.ParquetFile, "read_row_group", counted)
+    (tmp_path / "file").mkdir()
+    (tmp_path / "table").mkdir()
+    one = write_recordings(tmp_path / "file", tmp_path / "signals.parquet", worlds(2), SHAPES)
+    assert read == [0, 1, 2, 3]  # the second ends in the third run, which is of the other world
+    other = write_recordings(tmp_path / "table", TABLE, worlds(2), SHAPES)
+    assert [rrd("compare", *pair) for pair in zip(one, other, strict=True)] == [0, 0]
+
+
+def test_a_file_that_does_not_say_where_runs_are_is_read_whole(tmp_path: Path) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet", row_group_size=30, write_statistics=False)
+    (tmp_path / "table").mkdir()
+    backwards = worlds(2)[::-1]
+    one = write_recordings(tmp_path, tmp_path / "signals.parquet", backwards, SHAPES)
+    other = write_recordings(tmp_path / "table", TABLE, backwards, SHAPES)
+    assert [rrd("compare", *pair) for pair in zip(one, other, strict=True)] == [0, 0]
+
+
+@pytest.mark.parametrize(("count", "shares"), [(4, [2, 2]), (7, [3, 3, 1])])
+def test_workers_get_equal_shares_but_no_more_than_a_process_may(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int, shares: list[int]
+) -> None:
+    given: list[int] = []
+    monkeypatch.setattr(batch, "IN_PROCESS", 3)
+    monkeypatch.setattr(batch, "_work", lambda jobs, *_: given.extend(size for _, size in jobs))
+    write_recordings(tmp_path, TABLE, worlds(count), SHAPES, threads=2)
+    assert given == shares
+
+
+TASKS = Path("/proc/self/task")
+
+
+@pytest.mark.skipif(not TASKS.exists(), reason="the system does not list a process's threads")
+def test_a_recording_leaves_no_more_than_two_threads(tmp_path: Path) -> None:
+    write_recordings(tmp_path, TABLE, worlds(2), SHAPES)
+    before = len(list(TASKS.iterdir()))
+    for _ in range(5):
+        write_recordings(tmp_path, TABLE, worlds(2), SHAPES)
+    assert len(list(TASKS.iterdir())) - before <= 2 * 10 + 2  # those of the last one may be about to end
 
 
 def test_a_worker_s_complaint_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
