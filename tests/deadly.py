@@ -28,6 +28,11 @@ def die_of_one_world(setup: Setup, chunk: Chunk, threads: int | None) -> Output:
     return _simulate(setup, chunk, threads, dies=DEADLY_WORLD in chunk.worlds)
 
 
+def die_while_ill(setup: Setup, chunk: Chunk, threads: int | None) -> Output:
+    """End the process wherever one world is simulated, as long as the mark is there."""
+    return _simulate(setup, chunk, threads, DEADLY_WORLD in chunk.worlds and Path(os.environ[MARK]).exists())
+
+
 def die_once(setup: Setup, chunk: Chunk, threads: int | None) -> Output:
     """End the process in the middle of one chunk, the first time."""
     mark = Path(os.environ[MARK])

@@ -102,6 +102,10 @@ def _say_ended_early(result: Result) -> None:
 
 
 def _say_failures(result: Result, alone: bool) -> None:
+    if not result.failures:
+        return
+    from slipctl.experiment.chunk import ended_its_process
+    from slipctl.experiment.chunkfiles import resume_command
     from slipctl.experiment.replay import replay_command
 
     told: set[int] = set()
@@ -114,3 +118,11 @@ def _say_failures(result: Result, alone: bool) -> None:
     more = len(result.failures) - NAMED
     if more > 0:
         print(f"and {more} more, listed under failures in {result.folder}/manifest.json", file=sys.stderr)
+    ended = len({failed["world"] for failed in result.failures if ended_its_process(failed["failure"])})
+    if ended and result.folder is not None:
+        who = "1 world ended its" if ended == 1 else f"{ended} worlds ended their"
+        print(
+            f"{who} worker processes; if the machine was to blame, put that right and try again: "
+            f"{resume_command(result.folder)}",
+            file=sys.stderr,
+        )

@@ -73,7 +73,12 @@ def sweep(
     ] = None,
     resume: Annotated[
         Path | None,
-        typer.Option("--resume", metavar="DIR", help="Go on with what a sweep left: its NAME.unfinished."),
+        typer.Option(
+            "--resume",
+            metavar="DIR",
+            help="Go on with what a sweep left: its NAME.unfinished; or try worlds that ended their worker "
+            "processes once more: a run folder, which stays, beside its complete one.",
+        ),
     ] = None,
     out: Out = RUNS,
     record: Record = "auto",

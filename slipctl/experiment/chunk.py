@@ -23,6 +23,9 @@ Progress = Callable[[int], None]
 FRAMES = 4
 """Calls that are kept of what a failed run raised."""
 
+ENDED = "ended "
+"""So begins what is said of a run whose world ended its process; what a run raised begins with a class."""
+
 MACHINE = (MemoryError, OSError)
 """What is said of the machine, not of the worlds: they must not be called failed for good."""
 
@@ -104,10 +107,16 @@ def merged(chunk: Chunk, parts: Sequence[Output]) -> Output:
     return Output(chunk, joined([part.metrics for part in parts]), signals)
 
 
-def lost(plan: Plan, chunk: Chunk, reason: str) -> Output:
-    """Return what is said of a chunk that could not be simulated: every run of it failed."""
+def lost(plan: Plan, chunk: Chunk, processes: str) -> Output:
+    """Return what is said of a chunk that ended the `processes` that tried it: every run of it failed."""
+    reason = f"{ENDED}{processes}"
     runs = [failure for world in chunk.worlds for failure in _failures(plan, [world], reason)]
     return output(plan, chunk, runs)
+
+
+def ended_its_process(failure: str | None) -> bool:
+    """Whether a run failed because its world ended the processes that simulated it, and raised nothing."""
+    return failure is not None and failure.startswith(ENDED)
 
 
 def output(plan: Plan, chunk: Chunk, runs: Sequence[Run]) -> Output:

@@ -118,8 +118,14 @@ class ChunkFiles:
             return False
         return found.text() == said
 
-    def signals(self, chunk: Chunk) -> Iterator[pa.Table]:
-        """Yield the signals of a chunk, one run or several at a time; mapped, not read into memory.
+    def signals(self, chunk: Chunk, mapped: bool = True) -> Iterator[pa.Table]:
+        """Yield the signals of a chunk, one run or several at a time.
+
+        Parameters
+        ----------
+        chunk : Chunk
+        mapped : bool
+            Whether the file is mapped, or read into memory: it may then be replaced, on Windows too.
 
         Raises
         ------
@@ -132,7 +138,8 @@ class ChunkFiles:
         if table is not None and _signals_checksum(table) == NO_FILE:
             return
         try:
-            reader = pa.ipc.open_file(pa.memory_map(str(self._signals(chunk)), "r"))
+            path = self._signals(chunk)
+            reader = pa.ipc.open_file(pa.memory_map(str(path), "r") if mapped else path.read_bytes())
         except (OSError, pa.ArrowException) as error:
             # all was whole when it was begun or gone on with: whoever goes on does this chunk again
             raise StorageError(

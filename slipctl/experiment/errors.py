@@ -44,5 +44,9 @@ class WorkerError(Exception):
     """The processes that simulate cannot do their work; the message says why."""
 
 
+class StillDeadly(WorkerError):
+    """Worlds that were tried once more ended their processes again; the run folder is as it was."""
+
+
 class ClusterError(Exception):
     """A cluster cannot be used as it is; the message says what to change."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,39 @@ from slipctl.experiment.chunk import Setup
 from slipctl.experiment.errors import ResumeError
 from slipctl.experiment.executors.order import version_problem
 from slipctl.experiment.machine import exact_versions, machine
-from slipctl.experiment.plan import Plan
+from slipctl.experiment.plan import read_plan
+from slipctl.experiment.retry import copied, plan_to_retry
+from slipctl.experiment.store import Store
 
 
-def same_as_before(
-    folder: Path, content: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Plan]
-) -> Setup:
+def taken_over(folder: Path) -> tuple[Setup, Store, Path | None]:
+    """Return what the chunks of a folder need, the unfinished folder, and the run folder it was copied from.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        An unfinished folder, or a run folder in which worlds were set aside: of this a copy is made.
+
+    Raises
+    ------
+    ResumeError
+        Where it is neither, is in use, or cannot be gone on with here.
+    StorageError
+        Where there is no room for the copy.
+    """
+    content = plan_to_retry(folder)
+    if content is not None:
+        setup = same_as_before(folder, content)
+        return setup, copied(folder, content, setup.plan), folder
+    store = Store.open(folder)
+    try:
+        return same_as_before(store.folder, store.plan), store, None
+    except BaseException:
+        store.close()
+        raise
+
+
+def same_as_before(folder: Path, content: Mapping[str, Any]) -> Setup:
     """Return what the chunks of an unfinished experiment need, if it is the same as when it was begun.
 
     Parameters
@@ -29,8 +56,6 @@ def same_as_before(
         For messages.
     content : mapping
         Of its plan file.
-    read : callable
-        Makes a plan of it.
 
     Raises
     ------
@@ -46,7 +71,7 @@ def same_as_before(
                 f"{folder} has own laws ({', '.join(content['own_laws'])}), which are not in it: run it again"
             )
         then, now = content["machine"]["family"], machine()["family"]
-        plan = read(content)
+        plan = read_plan(content)
         begun = content["scenario_id"], content["model_id"]
     except (KeyError, TypeError, ValidationError, ValueError) as error:
         raise ResumeError(f"the plan in {folder} cannot be read: {error!r}") from error

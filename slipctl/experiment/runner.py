@@ -10,17 +10,18 @@ from pathlib import Path
 from slipctl import scenario as files
 from slipctl.experiment import assemble
 from slipctl.experiment.chunk import Output, Setup
-from slipctl.experiment.chunkfiles import resume_command
+from slipctl.experiment.chunkfiles import ChunkFiles, resume_command
 from slipctl.experiment.conclude import conclude, in_memory
-from slipctl.experiment.errors import Interrupted, StorageError
-from slipctl.experiment.executors import Executor, Finished, check_processes, choose
+from slipctl.experiment.errors import Interrupted, StillDeadly, StorageError
+from slipctl.experiment.executors import Executor, Finished, check_processes, choose, sparing
 from slipctl.experiment.finish import manifest
 from slipctl.experiment.machine import exact_versions, machine
 from slipctl.experiment.own import OwnLaws, check_labels
-from slipctl.experiment.plan import Chunk, Plan, make_plan, read_plan
+from slipctl.experiment.plan import Chunk, make_plan
 from slipctl.experiment.record import check_choice
 from slipctl.experiment.result import Result
-from slipctl.experiment.resuming import same_as_before
+from slipctl.experiment.resuming import taken_over
+from slipctl.experiment.retry import put_in, set_aside
 from slipctl.experiment.store import Store
 
 CLUSTER = 4
@@ -150,10 +151,14 @@ def resume(
 ) -> Result:
     """Go on with an unfinished experiment, and finish it as if it had never stopped.
 
+    Worlds that were set aside, as they had ended the processes that simulated them, are tried once more: in
+    a process beside this one, also where `workers` is 1. What a run raised itself stands.
+
     Parameters
     ----------
     folder : path
-        What `run` left: ``NAME.unfinished``. The run folder is made beside it.
+        What `run` left: ``NAME.unfinished``. The run folder is made beside it. Or a run folder in which
+        worlds were set aside: it stays as it is, and one that has them is made beside it.
     threads, workers, dask, progress
         As for `run`; they may differ from those before.
 
@@ -166,19 +171,20 @@ def resume(
     ------
     slipctl.experiment.errors.ResumeError
         Where it is no such folder, is in use, or was begun with other versions, files or models.
+    slipctl.experiment.errors.StillDeadly
+        Where all worlds of a run folder that were tried once more ended their processes again.
     Exception
         As `run` does.
     """
     began = time.monotonic()
-    store = Store.open(Path(folder))
+    setup, store, source = taken_over(Path(folder))
     try:
         executor = choose(workers, dask, threads)
-        setup = same_as_before(store.folder, store.plan, read_plan)
         told = manifest(setup, resumed=True)
     except BaseException:
-        store.close()
+        store.close() if source is None else store.discard()
         raise
-    return _on_disk(setup, told, executor, store, progress, began, new=False)
+    return _on_disk(setup, told, executor, store, progress, began, source=source, new=False)
 
 
 def _on_disk(
@@ -190,13 +196,25 @@ def _on_disk(
     began: float,
     *,
     new: bool,
+    source: Path | None = None,
 ) -> Result:
     plan = setup.plan
     try:
-        for ended in _simulate(setup, executor, store, _kept(plan, store), progress):
+        todo, kept = [], []
+        for chunk in plan.chunks():
+            (kept if store.whole(chunk) else todo).append(chunk)
+        again = list(set_aside(kept, store))
+        for ended in _simulate(setup, executor, store.chunk_files(), todo, progress):
             if ended.output is not None:
                 store.keep(ended.output)
+        if again and not _retry(setup, executor, store, again, progress) and source is not None:
+            store.discard()
+            raise StillDeadly(
+                f"worlds that had ended their worker processes ended them again; {source} is as it was"
+            )
         return conclude(setup, told, store, began)
+    except StillDeadly:
+        raise
     except BaseException as error:
         if store.published is not None:  # all is done but for removing what is no longer needed
             count = len(plan.worlds)
@@ -204,21 +222,28 @@ def _on_disk(
                 raise Interrupted(store.published, count, count, finished=True) from None
             error.add_note(f"what is finished is all of it: the run folder is {store.published}")
             raise
-        kept = _listed(store)  # on the disk: a chunk may be there of which nobody was told yet
+        listed = _listed(store)  # on the disk: a chunk may be there of which nobody was told yet
         # what somebody else began is never removed, and neither is what could not be looked into
-        if new and kept == set() and not isinstance(error, StorageError):
+        if new and listed == set() and not isinstance(error, StorageError):
             store.discard()
             raise
         store.close()
         if isinstance(error, KeyboardInterrupt):
-            done = sum(len(chunk.worlds) for chunk in plan.chunks() if chunk.index in (kept or ()))
+            done = sum(len(chunk.worlds) for chunk in plan.chunks() if chunk.index in (listed or ()))
             raise Interrupted(store.folder, done, len(plan.worlds)) from None
         error.add_note(f"what is finished is kept; go on: {resume_command(store.folder)}")
         raise
 
 
-def _kept(plan: Plan, store: Store) -> set[int]:
-    return {chunk.index for chunk in plan.chunks() if store.whole(chunk)}
+def _retry(
+    setup: Setup, executor: Executor, store: Store, again: Sequence[Chunk], progress: Progress | None
+) -> bool:
+    """Try worlds that were set aside once more; return whether one of them no longer ended its process."""
+    cured = False
+    for ended in _simulate(setup, sparing(executor), None, again, progress):
+        assert ended.output is not None, "a piece of a chunk is put in its place here"
+        cured |= put_in(setup.plan, store, ended.output)
+    return cured
 
 
 def _listed(store: Store) -> set[int] | None:
@@ -234,7 +259,7 @@ def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | Non
     outputs: dict[int, Output] = {}
     interrupted = False
     try:
-        for ended in _simulate(setup, executor, None, set(), progress):
+        for ended in _simulate(setup, executor, None, list(setup.plan.chunks()), progress):
             assert ended.output is not None, "nothing is on the disk"
             outputs[ended.chunk.index] = ended.output
     except KeyboardInterrupt:
@@ -245,14 +270,16 @@ def _here(setup: Setup, told: dict, executor: Executor, progress: Progress | Non
 
 
 def _simulate(
-    setup: Setup, executor: Executor, store: Store | None, kept: set[int], progress: Progress | None
+    setup: Setup,
+    executor: Executor,
+    where: ChunkFiles | None,
+    todo: Sequence[Chunk],
+    progress: Progress | None,
 ) -> Iterator[Finished]:
-    """Yield what becomes of every chunk that is not kept yet, and tell how far all of it is."""
+    """Yield what becomes of every chunk that is left to do, and tell how far all of it is."""
     plan, tell = setup.plan, progress or (lambda done, total, text: None)
     total = int(plan.ticks.sum()) * len(plan.entrants)
-    todo = [chunk for chunk in plan.chunks() if chunk.index not in kept]
     done = total - sum(plan.steps(chunk) for chunk in todo)
-    where = None if store is None else store.chunk_files()
 
     def within(chunk: Chunk, ticks: int) -> None:
         first, last = chunk.worlds[0] + 1, chunk.worlds[-1] + 1

@@ -3,7 +3,8 @@
     NAME.unfinished/plan.json    what is to be done, with the versions that do it
     NAME.unfinished/chunks       what is done: see `slipctl.experiment.chunkfiles`
 
-When all is done the results are put beside these, the folder is renamed, and these are removed.
+When all is done the results are put beside these, the folder is renamed, and these are removed; the plan
+stays where worlds were set aside, so that they can be tried once more.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from slipctl.experiment import durable
+from slipctl.experiment.chunk import ended_its_process
 from slipctl.experiment.chunkfiles import CHUNKS, ChunkFiles, resume_command, storage_error
 from slipctl.experiment.errors import ResumeError, StorageError
 from slipctl.experiment.folder import OutputError, publish
@@ -63,7 +65,7 @@ class Store(ChunkFiles):
         OutputError
             Where `out` cannot be made or written.
         """
-        plan = {"format": FORMAT, **plan}
+        plan = {"format": FORMAT, **{key: value for key, value in plan.items() if key != CHECKSUM}}
         plan[CHECKSUM] = checksum(plan)
         try:
             out.mkdir(parents=True, exist_ok=True)
@@ -94,27 +96,16 @@ class Store(ChunkFiles):
         """
         if folder.name in ("", ".."):  # "." has no name, and nothing beside it to become the run folder
             folder = folder.resolve()
-        path = folder / PLAN
-        if (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name:
+        if _is_finished(folder):
             _tidy(folder)  # the process may have died between its last two steps
             raise ResumeError(f"{folder} is finished: there is nothing to go on with")
-        if not path.is_file():
+        if not (folder / PLAN).is_file():
             raise ResumeError(f"{folder} is no unfinished sweep: it has no {PLAN}{_there_are(folder)}")
         lock = FolderLock(folder)
         try:
-            plan = json.loads(path.read_text(encoding="utf-8"))
-            if not isinstance(plan["scenario_id"], str) or plan["format"] != FORMAT:
-                raise ResumeError(f"{path}: found format {plan['format']}, allowed is {FORMAT}")
-            if plan.get(CHECKSUM) != checksum(plan):
-                raise ResumeError(
-                    f"{path} was edited or damaged since it was begun: "
-                    "what is finished would not fit what is left; put it back, or run the sweep again"
-                )
+            plan = plan_of(folder)
             for left in folder.rglob(f"*{durable.PART}"):
                 left.unlink(missing_ok=True)
-        except (ValueError, KeyError, TypeError) as error:
-            lock.release()
-            raise ResumeError(f"{path} cannot be read: {error}") from error
         except BaseException:
             lock.release()
             raise
@@ -174,9 +165,48 @@ def checksum(plan: Mapping[str, Any]) -> str:
     return f"sha256:{hashlib.sha256(canonical_json(rest).encode()).hexdigest()}"
 
 
+def plan_of(folder: Path) -> dict[str, Any]:
+    """Return the content of the plan file of a folder.
+
+    Raises
+    ------
+    ResumeError
+        Where it is none, or was edited.
+    """
+    path = folder / PLAN
+    try:
+        plan = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(plan["scenario_id"], str) or plan["format"] != FORMAT:
+            raise ResumeError(f"{path}: found format {plan['format']}, allowed is {FORMAT}")
+    except (ValueError, KeyError, TypeError) as error:
+        raise ResumeError(f"{path} cannot be read: {error}") from error
+    if plan.get(CHECKSUM) != checksum(plan):
+        raise ResumeError(
+            f"{path} was edited or damaged since it was begun: "
+            "what is finished would not fit what is left; put it back, or run the sweep again"
+        )
+    return plan
+
+
+def set_aside_of(folder: Path) -> list[int]:
+    """Return the worlds of a finished run folder that were set aside and can be tried once more."""
+    if not (_is_finished(folder) and (folder / PLAN).is_file()):
+        return []
+    try:
+        failures = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["failures"]
+        return sorted({entry["world"] for entry in failures if ended_its_process(entry["failure"])})
+    except (ValueError, KeyError, TypeError):
+        return []
+
+
+def _is_finished(folder: Path) -> bool:
+    return (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name
+
+
 def _tidy(finished: Path) -> None:
     """Remove from a run folder what was needed to go on only."""
-    (finished / PLAN).unlink(missing_ok=True)
+    if not set_aside_of(finished):
+        (finished / PLAN).unlink(missing_ok=True)
     shutil.rmtree(finished / CHUNKS, ignore_errors=True)
 
 

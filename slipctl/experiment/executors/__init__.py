@@ -5,7 +5,7 @@ All of them call the same function, so that the results are the same to the last
 
 from __future__ import annotations
 
-from slipctl.experiment.executors.choice import check_processes, choose
+from slipctl.experiment.executors.choice import check_processes, choose, sparing
 from slipctl.experiment.executors.protocol import Executor, Finished
 
-__all__ = ["Executor", "Finished", "check_processes", "choose"]
+__all__ = ["Executor", "Finished", "check_processes", "choose", "sparing"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from numbers import Integral
 
 from slipctl.experiment.executors.in_process import InProcess
@@ -39,6 +40,21 @@ def choose(workers: int, dask: str | None, threads: int | None) -> Executor:
 
         return LocalWorkers(workers, threads)
     return InProcess(threads)
+
+
+def sparing(executor: Executor) -> Executor:
+    """Return who simulates what may end its process, and is not this process.
+
+    Parameters
+    ----------
+    executor : Executor
+        Who simulates the rest.
+    """
+    if not isinstance(executor, InProcess):
+        return executor
+    from slipctl.experiment.executors.local_workers import LocalWorkers
+
+    return LocalWorkers(1, executor.threads or os.cpu_count())
 
 
 def check_processes(workers: int, dask: str | None, threads: int | None) -> None:

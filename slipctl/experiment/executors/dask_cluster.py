@@ -148,7 +148,7 @@ class _Ended:
                 assert finished.output is not None, "a cluster shares no disk"
                 suspects.done(piece, finished.output)
             for deadly in again:
-                waiting += suspects.ended(deadly, f"ended every Dask worker that tried it ({self.reason})")
+                waiting += suspects.ended(deadly, f"every Dask worker that tried it ({self.reason})")
             whole = suspects.finished(chunk.index)
         assert whole is not None, "every world is done or given up"
         yield whole

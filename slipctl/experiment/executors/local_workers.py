@@ -81,9 +81,7 @@ class LocalWorkers:
                             if stillborn >= STARTS:
                                 raise WorkerError(f"worker processes die at their start ({how})")
                             continue
-                        again = suspects.ended(
-                            chunk, f"ended {DEATHS} worker processes, alone in each ({how})"
-                        )
+                        again = suspects.ended(chunk, f"{DEATHS} worker processes, alone in each ({how})")
                         waiting.extend(again)
                         if not again:
                             ended = suspects.finished(chunk.index)

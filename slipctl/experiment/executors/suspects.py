@@ -28,14 +28,14 @@ class Suspects:
         self._parts: dict[int, list[Output]] = {}
         self._deaths: Counter[tuple[int, int, int]] = Counter()
 
-    def ended(self, piece: Chunk, reason: str) -> list[Chunk]:
+    def ended(self, piece: Chunk, processes: str) -> list[Chunk]:
         """Say what to try next where a piece, or a whole chunk, has ended its process.
 
         Parameters
         ----------
         piece : Chunk
-        reason : str
-            How the process ended; said of a world that is given up.
+        processes : str
+            Which processes it ended, and how; said of a world that is given up.
 
         Returns
         -------
@@ -51,7 +51,7 @@ class Suspects:
         if self._deaths[key] < DEATHS and (alone or len(piece.worlds) == len(whole.worlds)):
             return [piece]
         if alone:
-            self._parts.setdefault(piece.index, []).append(lost(self._plan, piece, reason))
+            self._parts.setdefault(piece.index, []).append(lost(self._plan, piece, processes))
             return []
         half = len(piece.worlds) // 2
         return [Chunk(piece.index, piece.worlds[:half]), Chunk(piece.index, piece.worlds[half:])]
