@@ -24,7 +24,7 @@ MANY = 24
 """Up to so many worlds, all are recorded unless told otherwise."""
 
 WORST = 12
-"""Of more worlds, so many are: those with the largest errors; more would cost more than a tenth of a sweep."""
+"""Of more worlds, so many are: those with the largest errors; more cost more than a tenth of a sweep."""
 
 
 class RecordChoiceError(Exception):
