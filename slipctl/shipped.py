@@ -4,6 +4,7 @@ In an installed wheel they are folders inside the package; in a checkout they st
 Imports nothing of slipctl.
 """
 
+from functools import lru_cache
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -21,7 +22,8 @@ def model_path(name: str) -> Path:
 
 def model_names() -> tuple[str, ...]:
     """Names of the shipped models, sorted."""
-    return tuple(sorted(path.stem for path in _folder("models").glob("*.xml")))
+    folder = _folder("models")
+    return _stems(folder, "*.xml", folder.stat().st_mtime_ns)
 
 
 def scenario_path(name: str) -> Path:
@@ -31,7 +33,14 @@ def scenario_path(name: str) -> Path:
 
 def scenario_names() -> tuple[str, ...]:
     """Names of the shipped scenarios, sorted."""
-    return tuple(sorted(path.stem for path in _folder("scenarios").glob("*.toml")))
+    folder = _folder("scenarios")
+    return _stems(folder, "*.toml", folder.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _stems(folder: Path, pattern: str, changed: int) -> tuple[str, ...]:
+    """Read a folder only where it was `changed`: every world of a sweep asks for the names of models."""
+    return tuple(sorted(path.stem for path in folder.glob(pattern)))
 
 
 def baseline_folder() -> Path:

@@ -46,7 +46,7 @@ def _standstill(raw: Mapping[str, Any]) -> Iterator[Problem]:
     any_rate = any(has(raw, "reference", end, key) for end in ("start", "goal") for key in _RATES)
     keys = _POSE + _RATES if any_rate else _POSE
     ends = [[value_at(raw, "reference", end, key) for key in keys] for end in ("start", "goal")]
-    start, goal = ([entry for entry in end if entry is not None] for end in ends)
+    start, goal = (tuple(entry for entry in end if entry is not None) for end in ends)
     duration = value_at(raw, "reference", "duration")
     whole = len(start) == len(goal) == len(keys) and min(start[3], goal[3]) > 0
     if whole and duration is not None and duration > 0:

@@ -1,11 +1,13 @@
 """Where a point-to-point path is slowest: at v = 0 the flat map is singular."""
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, radians, sin
 
 
-def slowest(start: Sequence[float], goal: Sequence[float], duration: float) -> tuple[float, float]:
+@lru_cache(maxsize=1024)  # every world of a sweep is asked for, and few sweeps vary the path
+def slowest(start: tuple[float, ...], goal: tuple[float, ...], duration: float) -> tuple[float, float]:
     """Smallest speed on the polynomial path between two ends, and when.
 
     Parameters
