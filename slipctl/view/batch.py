@@ -114,12 +114,14 @@ def _write_here(
     shapes: Sequence[Shape] | None,
     tell: Progress,
 ) -> list[Path]:
-    from slipctl.view.recording import write
+    from slipctl.view.recording import end_threads, write
 
     written = []
     tables = _rows(signals, worlds) if isinstance(signals, Path) else repeat(signals)
     for world, rows in zip(worlds, tables, strict=False):
         written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
+        if len(written) % 16 == 0 or len(written) == len(worlds):
+            end_threads()
         tell(len(written), len(worlds))
     return written
 

@@ -83,7 +83,6 @@ def put(path: Path, content: bytes) -> Path:
     RecordingError
         There are none, because Rerun is switched off, or the file cannot be written.
     """
-    _end_threads()
     if not content:
         switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
         raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
@@ -143,8 +142,11 @@ def new_stream(application: str, identity: str) -> Iterator[rr.RecordingStream]:
         stream.disconnect()  # or else its two threads stay until the process ends; those of its layout do
 
 
-def _end_threads() -> None:
-    """End the threads of recordings that are done; Rerun does so only when it is initialised again."""
+def end_threads() -> None:
+    """End the threads of recordings that are done; Rerun does so only when it is initialised again.
+
+    This asks every recording that the process has written: once for several is enough.
+    """
     rr.init("slipctl", init_logging=False)
 
 
