@@ -146,7 +146,7 @@ class Inertia:
         mass, yaw_inertia = self.effective_mass, self.effective_yaw_inertia
         radius, half_track = self.geometry.wheel_radius, self.geometry.half_track
         numbers = mass, yaw_inertia, radius * mass, radius * yaw_inertia, half_track, radius / 2.0
-        return tuple(np.asarray(number, dtype=np.float64) for number in numbers)
+        return tuple(np.asarray(number) for number in numbers)
 
     @cached_property
     def _rubs(self) -> bool:

@@ -32,7 +32,7 @@ class WheelGeometry:
     @cached_property
     def _lengths(self) -> tuple[Array, Array]:
         """Return r and b as arrays, which numpy would make of them anew in every operation."""
-        return np.asarray(self.wheel_radius, dtype=np.float64), np.asarray(self.half_track, dtype=np.float64)
+        return np.asarray(self.wheel_radius), np.asarray(self.half_track)
 
     def wheel_rates(self, forward_speed: Array, yaw_rate: Array) -> Array:
         """Return wheel rates (N, 2), left and right [rad/s], of v (N,) [m/s] and w (N,) [rad/s]."""

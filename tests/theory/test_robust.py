@@ -121,9 +121,31 @@ def test_corrective_input_vanishes_at_zero_in_both_laws():
     np.testing.assert_array_equal(answer, np.zeros((2, 2)))
 
 
+def test_a_world_without_an_error_changes_nothing_beside_it():
+    """One without layer and error has nothing to be divided by; its neighbours are as if they were alone."""
+    weighted, rho = np.array([[0.3, 0.4], [0.0, 0.0], [0.03, -0.04]]), np.array([1.0, 2.0, 0.5])
+    answer = corrective_input(weighted, rho, np.array([0.0, 0.0, 0.2]))
+    np.testing.assert_allclose(answer, [[-0.6, -0.8], [0.0, 0.0], [-0.075, 0.1]], rtol=1e-15)
+    for world in (0, 2):
+        row = slice(world, world + 1)
+        alone = corrective_input(weighted[row], rho[row], np.array([0.0, 0.0, 0.2])[row])
+        assert alone.tobytes() == answer[row].tobytes()
+
+
 def test_discontinuous_law_in_a_direction_and_its_opposite():
     np.testing.assert_allclose(corrective((3e-9, 4e-9), 2.0, 0.0), [-1.2, -1.6], rtol=1e-15)
     np.testing.assert_allclose(corrective((-3e-9, -4e-9), 2.0, 0.0), [1.2, 1.6], rtol=1e-15)
+
+
+def test_a_bound_takes_slip_bounds_of_any_shape_and_precision():
+    slip_bound = np.array([[0.25, 0.375], [0.125, 0.0]])
+    known = np.full((2, 2), 0.1), np.full((2, 2), 0.05), np.full((2, 2), -0.03)
+    for bound in (paper_bound, independent_bound, slip_ratio_bound):
+        answer = bound(slip_bound, *known)
+        assert bound(slip_bound.astype(np.float32), *known).tolist() == answer.tolist()
+        for at in np.ndindex(2, 2):
+            alone = bound(slip_bound[at][None], *(array[at][None] for array in known))
+            assert alone[0] == answer[at]
 
 
 def test_closed_forms_of_the_uncertainty_bounds():
