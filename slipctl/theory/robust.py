@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_lyapunov
 
 from slipctl.tick import Array
 
@@ -63,8 +64,6 @@ def lyapunov_matrix(gains: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _solved(*gains: float) -> Array:
-    from scipy.linalg import solve_continuous_lyapunov  # a fifth of a second that only robust laws need
-
     order = len(gains)
     closed_loop = np.eye(order, k=1)
     closed_loop[-1] = -np.array(gains)
