@@ -13,9 +13,10 @@ from slipctl.experiment import durable, finish
 from slipctl.experiment.chunk import Output, Setup, simulate_chunk
 from slipctl.experiment.chunkfiles import resume_command, storage_error
 from slipctl.experiment.errors import StorageError
+from slipctl.experiment.folder import MANIFEST, METRICS, SIGNALS
 from slipctl.experiment.plan import canonical_json
 from slipctl.experiment.record import record_worlds, worlds_to_record
-from slipctl.experiment.result import MANIFEST, METRICS, SIGNALS, Result
+from slipctl.experiment.result import Result
 from slipctl.experiment.rows import joined, with_recordings
 from slipctl.experiment.store import Store
 

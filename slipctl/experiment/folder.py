@@ -9,6 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+SIGNALS = "signals.parquet"
+METRICS = "metrics.parquet"
+MANIFEST = "manifest.json"
+"""Written last: a folder that has it has all the others."""
+
 
 class OutputError(Exception):
     """The output folder cannot be written; the message says why."""

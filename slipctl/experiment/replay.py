@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from slipctl import scenario as files
 from slipctl.experiment.errors import ResumeError
-from slipctl.experiment.result import MANIFEST
+from slipctl.experiment.folder import MANIFEST
 from slipctl.experiment.store import PLAN, UNFINISHED
 
 

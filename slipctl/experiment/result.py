@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipctl.experiment.folder import SIGNALS
+from slipctl.experiment.replay import replay_command
 from slipctl.guarantee import METRIC_UNITS
 from slipctl.metrics import UNITS
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-SIGNALS = "signals.parquet"
-METRICS = "metrics.parquet"
-MANIFEST = "manifest.json"
 
 ROWS_AT_A_TIME = 1000
 """Rows of metrics that are made into Python objects at a time."""
@@ -103,8 +101,6 @@ class Result:
         ``folder`` is the run folder or None. Each of ``failures`` has, beside what `failures` here holds,
         ``replay``: the command that runs its world alone, None where there is no folder.
         """
-        from slipctl.experiment.replay import replay_command
-
         folder = self.folder
         return {
             **{key: self.manifest[key] for key in ("scenario", "scenario_id", "model_id", "versions")},

@@ -17,8 +17,8 @@ import numpy as np
 
 from slipctl.experiment.chunk import Output, ended_its_process
 from slipctl.experiment.errors import StorageError
+from slipctl.experiment.folder import MANIFEST, METRICS, SIGNALS
 from slipctl.experiment.plan import Chunk, Plan
-from slipctl.experiment.result import MANIFEST, METRICS, SIGNALS
 from slipctl.experiment.rows import FAILURE, joined, run_table
 from slipctl.experiment.store import Store, plan_of, set_aside_of
 

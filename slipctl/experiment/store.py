@@ -21,11 +21,10 @@ from slipctl.experiment import durable
 from slipctl.experiment.chunk import ended_its_process
 from slipctl.experiment.chunkfiles import CHUNKS, ChunkFiles, resume_command, storage_error
 from slipctl.experiment.errors import ResumeError, StorageError
-from slipctl.experiment.folder import OutputError, publish
+from slipctl.experiment.folder import MANIFEST, OutputError, publish
 from slipctl.experiment.lock import NAME as LOCK
 from slipctl.experiment.lock import FolderLock
 from slipctl.experiment.plan import canonical_json
-from slipctl.experiment.result import MANIFEST
 
 __all__ = ["CHUNKS", "PLAN", "UNFINISHED", "ChunkFiles", "Store", "resume_command"]
 
