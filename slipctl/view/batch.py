@@ -23,8 +23,11 @@ from slipctl.shape import Shape
 from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording
 from slipctl.view.tracks import rows_of
 
-IN_PROCESS = 64
-"""Worlds per process: until it ends, the layout of every recording keeps two threads and some 5 MB."""
+IN_PROCESS = 24
+"""Worlds that the caller's process writes: every recording keeps four threads and some 6 MB until it ends."""
+
+PER_WORKER = 64
+"""Worlds per worker process, which can end half of the threads."""
 
 Progress = Callable[[int, int], None]
 
@@ -51,7 +54,7 @@ def write_all(
     shapes : sequence of Shape or None
         The robot's shapes; None = a plain disc robot.
     threads : int or None
-        Worker processes at a time, used beyond 64 worlds; None = the machine's cores, at most 4.
+        Worker processes at a time, used beyond 24 worlds; None = the machine's cores, at most 4.
     progress : callable or None
         Called with recordings done and recordings in all.
 
@@ -75,7 +78,7 @@ def write_all(
             rows = max(1, len(signals) // sum(len(world.runs) for world in worlds))
             pq.write_table(signals, source, row_group_size=rows)
         jobs = []
-        count = min(IN_PROCESS, -(-len(worlds) // workers))
+        count = min(PER_WORKER, -(-len(worlds) // workers))
         for start in range(0, len(worlds), count):
             some, job = worlds[start : start + count], Path(scratch) / f"job-{start}.json"
             job.write_text(_encode(folder, source, some, shapes), encoding="utf-8")
@@ -97,8 +100,15 @@ def run_job(job: Path) -> None:
         Path(content["signals"]),
         worlds,
         None if shapes is None else [_shape(shape) for shape in shapes],
-        lambda done, total: None,
+        _end_some_threads,
     )
+
+
+def _end_some_threads(done: int, total: int) -> None:
+    from slipctl.view.recording import end_threads
+
+    if done % 16 == 0:
+        end_threads()
 
 
 def _run(content: dict[str, Any]) -> RunInfo:
@@ -114,14 +124,12 @@ def _write_here(
     shapes: Sequence[Shape] | None,
     tell: Progress,
 ) -> list[Path]:
-    from slipctl.view.recording import end_threads, write
+    from slipctl.view.recording import write
 
     written = []
     tables = _rows(signals, worlds) if isinstance(signals, Path) else repeat(signals)
     for world, rows in zip(worlds, tables, strict=False):
         written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
-        if len(written) % 16 == 0 or len(written) == len(worlds):
-            end_threads()
         tell(len(written), len(worlds))
     return written
 

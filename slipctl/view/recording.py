@@ -139,13 +139,13 @@ def new_stream(application: str, identity: str) -> Iterator[rr.RecordingStream]:
     try:
         yield stream
     finally:
-        stream.disconnect()  # or else its two threads stay until the process ends; those of its layout do
+        stream.disconnect()  # or else `end_threads` does not end its two threads; those of its layout stay
 
 
 def end_threads() -> None:
     """End the threads of recordings that are done; Rerun does so only when it is initialised again.
 
-    This asks every recording that the process has written: once for several is enough.
+    For a process that does nothing else with Rerun: a global recording of the caller's own would end, too.
     """
     rr.init("slipctl", init_logging=False)
 

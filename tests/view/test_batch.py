@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -17,6 +19,8 @@ from tests.view.signals import join, signals
 
 TABLE = join(*(signals(run, duration=0.5) for run in range(4)))
 SHAPES = [Shape("base", "sphere", np.array([0.1, 0, 0]), np.zeros(3), np.array([1.0, 0, 0, 0]), np.ones(4))]
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def worlds(count: int) -> list[WorldRecording]:
@@ -111,21 +115,52 @@ def test_workers_get_equal_shares_but_no_more_than_a_process_may(
 ) -> None:
     given: list[int] = []
     monkeypatch.setattr(batch, "IN_PROCESS", 3)
+    monkeypatch.setattr(batch, "PER_WORKER", 3)
     monkeypatch.setattr(batch, "_work", lambda jobs, *_: given.extend(size for _, size in jobs))
     write_recordings(tmp_path, TABLE, worlds(count), SHAPES, threads=2)
     assert given == shares
+
+
+def test_a_recording_of_the_caller_s_own_goes_on(tmp_path: Path) -> None:
+    """Rerun's clean-up ends whatever no Python object holds, the global recording among it."""
+    code = (
+        "import sys, rerun as rr\n"
+        "rr.init('own', recording_id='own')\n"
+        "memory = rr.memory_recording()\n"
+        "from pathlib import Path\n"
+        "from tests.view.test_batch import TABLE, worlds, write_recordings\n"
+        "write_recordings(Path(sys.argv[1]), TABLE, worlds(2))\n"
+        "rr.log('still/there', rr.TextLog('here'))\n"
+        "sys.exit(rr.get_recording_id() != 'own' or b'still/there' not in memory.drain_as_bytes())\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, check=False).returncode == 0
 
 
 TASKS = Path("/proc/self/task")
 
 
 @pytest.mark.skipif(not TASKS.exists(), reason="the system does not list a process's threads")
-def test_a_recording_leaves_no_more_than_two_threads(tmp_path: Path) -> None:
+def test_a_recording_leaves_no_more_than_four_threads_and_a_worker_half(tmp_path: Path) -> None:
     write_recordings(tmp_path, TABLE, worlds(2), SHAPES)
     before = len(list(TASKS.iterdir()))
     for _ in range(5):
         write_recordings(tmp_path, TABLE, worlds(2), SHAPES)
-    assert len(list(TASKS.iterdir())) - before <= 2 * 10 + 2  # those of the last one may be about to end
+    assert len(list(TASKS.iterdir())) - before <= 4 * 10
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from slipctl.view.recording import end_threads\n"
+        "from tests.view.test_batch import TABLE, TASKS, worlds, write_recordings\n"
+        "write_recordings(Path(sys.argv[1]), TABLE, worlds(1))\n"
+        "before = len(list(TASKS.iterdir()))\n"
+        "for _ in range(5):\n"
+        "    write_recordings(Path(sys.argv[1]), TABLE, worlds(2))\n"
+        "end_threads()\n"
+        "print(len(list(TASKS.iterdir())) - before)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    left = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    assert int(left) <= 2 * 10 + 2  # those of the last one may be about to end
 
 
 def test_a_worker_s_complaint_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
