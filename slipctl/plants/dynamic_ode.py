@@ -149,9 +149,10 @@ class DynamicOde:
             k3 = derivative(tick / 2.0, y + tick / 2.0 * k2)
             k4 = derivative(tick, y + tick * k3)
             new = y + (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (tick / 6.0)
-        finite = np.isfinite(new.sum(axis=0) + last.sum(axis=1))
-        status, moves = judged(state.status, new[:2].T, finite, self.arena)
-        new = np.where(moves, new, y)
+            rest = new.sum(axis=0) + last.sum(axis=1)
+            status, moves = judged(state.status, new[:2].T, rest, self.arena)
+        if moves is not None:
+            new, last = np.where(moves, new, y), np.where(moves[:, None], last, state.wheel_torque)
         return DynamicState(
             time=state.time + tick,
             position=new[:2].T,
@@ -159,7 +160,7 @@ class DynamicOde:
             body_speed=new[3],
             heading_rate=new[4],
             wheel_angle=new[5:].T,
-            wheel_torque=np.where(moves[:, None], last, state.wheel_torque),
+            wheel_torque=last,
             status=status,
         )
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,15 @@ from numpy.typing import NDArray
 from slipctl.pairs import pair
 from slipctl.plants.ending import judged
 from slipctl.theory.robot import WheelGeometry
-from slipctl.theory.slip import SlipLaw, slipping_velocity
-from slipctl.tick import Array, BodyPose, Motion, Slip, SpeedCommand, Start, WheelContact
+from slipctl.theory.slip import Affine, SlipLaw, slipping_velocity
+from slipctl.tick import Array, BodyPose, Motion, SpeedCommand, Start, WheelContact
 
 
 @dataclass(frozen=True)
 class OdeState:
-    """State of the kinematic model and what it was told last.
+    """State of the kinematic model, what it was told last, and what follows from both.
+
+    What follows is known when a step ends, costs next to nothing there, and is the next step's first stage.
 
     Attributes
     ----------
@@ -34,6 +37,12 @@ class OdeState:
         Left, right [rad].
     status : (N,) int8 array
         Values of `Status`.
+    velocity : (N, 2) array
+        With the slip of this instant [m/s].
+    yaw_slip : (N,) array
+        w_s [rad/s].
+    wheel_rate : (N, 2) array
+        Left, right [rad/s].
     """
 
     time: float
@@ -44,6 +53,9 @@ class OdeState:
     yaw_rate: Array
     wheel_angle: Array
     status: NDArray[np.int8]
+    velocity: Array
+    yaw_slip: Array
+    wheel_rate: Array
 
 
 @dataclass(frozen=True)
@@ -68,7 +80,7 @@ class KinematicOde:
 
     def start(self, start: Start) -> OdeState:
         """Return the planned state; slip acts from the first instant."""
-        return OdeState(
+        return self._state(
             time=0.0,
             position=np.array(start.position, order="F"),
             heading=start.heading.copy(),
@@ -79,17 +91,29 @@ class KinematicOde:
             status=np.zeros(len(start.heading), dtype=np.int8),
         )
 
+    def _state(self, **integrated: Any) -> OdeState:
+        """Return the state of what is integrated, together with what follows."""
+        speed, heading_vector = integrated["forward_speed"], integrated["heading_vector"]
+        slip = self.slip_law.affine(integrated["time"]).at(speed)
+        return OdeState(
+            **integrated,
+            velocity=pair(*slipping_velocity(speed, slip, heading_vector[:, 0], heading_vector[:, 1])),
+            yaw_slip=slip.yaw,
+            wheel_rate=self.geometry.wheel_rates(speed, integrated["yaw_rate"]),
+        )
+
+    def with_own_slip(self, state: OdeState) -> OdeState:
+        """Return a state that a plant with another slip law made, as it is under this one's."""
+        return self._state(**{name: getattr(state, name) for name in INTEGRATED})
+
     def observe(self, state: OdeState) -> Motion:
         """Return the motion at the state's instant, before a new command takes force."""
-        slip = self.slip_law.affine(state.time).at(state.forward_speed)
-        cosine, sine = state.heading_vector[:, 0], state.heading_vector[:, 1]
-        velocity = slipping_velocity(state.forward_speed, slip, cosine, sine)
         return Motion(
             position=state.position,
-            velocity=pair(*velocity),
+            velocity=state.velocity,
             heading_vector=state.heading_vector,
-            heading_rate=state.yaw_rate + slip.yaw,
-            wheel_rate=self.geometry.wheel_rates(state.forward_speed, state.yaw_rate),
+            heading_rate=state.yaw_rate + state.yaw_slip,
+            wheel_rate=state.wheel_rate,
             wheel_angle=state.wheel_angle,
             forward_speed=state.forward_speed,
             yaw_rate=state.yaw_rate,
@@ -107,50 +131,56 @@ class KinematicOde:
         """
         # ū₁ where the wheels are as fast as the law believes; they are not in the first tick from rest
         rate = (command.forward_speed - state.forward_speed) / tick
-        turn = command.yaw_rate
-
-        def driven(elapsed: float) -> tuple[Array, Slip]:
-            speed = state.forward_speed + rate * elapsed
-            return speed, self.slip_law.affine(state.time + elapsed).at(speed)
-
-        # Neither position nor heading feeds back on speed and slip, so both stages in the middle have the
-        # same, every heading is known beforehand, and one call turns all of them.
+        turn, half = command.yaw_rate, tick / 2.0
+        time = state.time + tick
         with np.errstate(over="ignore", invalid="ignore"):
-            (v1, s1), (v2, s2), (v4, s4) = driven(0.0), driven(tick / 2.0), driven(tick)
-            h1, h2, h4 = turn + s1.yaw, turn + s2.yaw, turn + s4.yaw
-            later = np.empty((4, len(turn)))
-            np.multiply(h1, tick / 2.0, out=later[0])
-            np.multiply(h2, tick / 2.0, out=later[1])
-            np.multiply(h2, tick, out=later[2])
-            np.multiply(_simpson(h1, 2.0 * h2, 2.0 * h2, h4), tick / 6.0, out=later[3])
-            later += state.heading
-            cosines, sines = np.cos(later), np.sin(later)
-            x1, y1 = slipping_velocity(v1, s1, state.heading_vector[:, 0], state.heading_vector[:, 1])
-            x2, y2 = slipping_velocity(v2, s2, cosines[:2], sines[:2])
-            x4, y4 = slipping_velocity(v4, s4, cosines[2], sines[2])
-            x2 *= 2.0
-            y2 *= 2.0
-            moved = np.array((_simpson(x1, x2[0], x2[1], x4), _simpson(y1, y2[0], y2[1], y4)))
+            # Neither position nor heading feeds back on speed and slip, so all of them are known beforehand.
+            # Rows 0 and 1 are the second and third stage, both in the middle, row 2 is the fourth and row 3
+            # the new state, whose speed is not v + ū₁·tick: the law remembers what it commanded, to the last
+            # bit. Numpy takes hardly longer for four rows than for one, but long for rows of two lengths.
+            speed = np.empty((4, len(turn)))
+            speed[0] = speed[1] = state.forward_speed + rate * half
+            np.add(state.forward_speed, rate * tick, out=speed[2])
+            speed[3] = command.forward_speed
+            middle, end = self.slip_law.affine(state.time + half), self.slip_law.affine(time)
+            slip = Affine.together((middle, middle, end, end)).at(speed)
+            heading = np.empty(speed.shape)
+            h1, h2, h4 = turn + state.yaw_slip, turn + slip.yaw[0], turn + slip.yaw[2]
+            np.multiply(h1, half, out=heading[0])
+            np.multiply(h2, half, out=heading[1])
+            np.multiply(h2, tick, out=heading[2])
+            h2 *= 2.0
+            np.multiply(_simpson(h1, h2, h2, h4), tick / 6.0, out=heading[3])
+            heading += state.heading
+            cosine, sine = np.cos(heading), np.sin(heading)
+            x, y = slipping_velocity(speed, slip, cosine, sine)
+            velocity = pair(x[3], y[3])
+            twice_x, twice_y = 2.0 * x[:2], 2.0 * y[:2]
+            moved = pair(
+                _simpson(state.velocity[:, 0], twice_x[0], twice_x[1], x[2]),
+                _simpson(state.velocity[:, 1], twice_y[0], twice_y[1], y[2]),
+            )
             moved *= tick / 6.0
-            moved += state.position.T
+            moved += state.position
             new = OdeState(
-                time=state.time + tick,
-                position=moved.T,
-                heading=later[3],
-                heading_vector=pair(cosines[3], sines[3]),
-                # not v + ū₁·tick: the law remembers the speed it commanded, to the last bit
+                time=time,
+                position=moved,
+                heading=heading[3],
+                heading_vector=pair(cosine[3], sine[3]),
                 forward_speed=command.forward_speed,
                 yaw_rate=turn,
                 wheel_angle=state.wheel_angle
                 + self.geometry.wheel_rates((state.forward_speed + command.forward_speed) / 2.0, turn) * tick,
                 status=state.status,
+                velocity=velocity,
+                yaw_slip=slip.yaw[3],
+                wheel_rate=self.geometry.wheel_rates(command.forward_speed, turn),
             )
-        finite = np.isfinite(new.heading + new.forward_speed)
-        status, moves = judged(state.status, new.position, finite, self.arena)
-        if np.count_nonzero(moves) == len(moves):
-            return new if status is state.status else replace(new, status=status)
-        return OdeState(
-            time=new.time,
+            status, moves = judged(state.status, moved, new.heading + new.forward_speed, self.arena)
+        if moves is None:
+            return new
+        return self._state(
+            time=time,
             position=np.where(moves[:, None], new.position, state.position),
             heading=np.where(moves, new.heading, state.heading),
             heading_vector=np.where(moves[:, None], new.heading_vector, state.heading_vector),
@@ -161,5 +191,21 @@ class KinematicOde:
         )
 
 
+INTEGRATED = (
+    "time",
+    "position",
+    "heading",
+    "heading_vector",
+    "forward_speed",
+    "yaw_rate",
+    "wheel_angle",
+    "status",
+)
+"""Fields of a state from which the others follow."""
+
+
 def _simpson(k1: Array, twice_k2: Array, twice_k3: Array, k4: Array) -> Array:
-    return k1 + twice_k2 + twice_k3 + k4
+    total = k1 + twice_k2
+    total += twice_k3
+    total += k4
+    return total

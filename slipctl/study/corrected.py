@@ -98,7 +98,8 @@ class CorrectedOde:
         """Return the motion at the state's instant, as the wheels' sensors would tell it."""
         k = self._row(state, len(self.differences.wheels_at))
         wheels = self.differences.wheels_at[k]
-        motion = self._plant(wheels, self.differences.slip_at[k]).observe(state)
+        plant = self._plant(wheels, self.differences.slip_at[k])
+        motion = plant.observe(plant.with_own_slip(state))
         speed, turn = motion.forward_speed + wheels[0], motion.yaw_rate + wheels[1]
         return replace(
             motion,
@@ -114,9 +115,8 @@ class CorrectedOde:
     def step(self, state: OdeState, command: SpeedCommand, tick: float) -> OdeState:
         """Return the state one tick [s] later."""
         k = self._row(state, len(self.differences.wheels_over))
-        return self._plant(self.differences.wheels_over[k], self.differences.slip_over[k]).step(
-            state, command, tick
-        )
+        plant = self._plant(self.differences.wheels_over[k], self.differences.slip_over[k])
+        return plant.step(plant.with_own_slip(state), command, tick)
 
     def _row(self, state: OdeState, rows: int) -> int:
         return min(round(state.time / self.tick), rows - 1)

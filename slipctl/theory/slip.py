@@ -6,6 +6,7 @@ Symbols as in the paper; v_s is positive to the **right** of the robot.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -30,14 +31,39 @@ class Affine:
     fraction: Slip
     offset: Slip
 
+    @classmethod
+    def together(cls, instants: Sequence[Affine]) -> Affine:
+        """Return K instants as one whose arrays are (K, N); made once for one that is there K times."""
+        first, count = instants[0], len(instants)
+        if any(one is not first for one in instants):
+            return cls(_stacked([one.fraction for one in instants]), _stacked([one.offset for one in instants]))
+        if count not in first._repeated:
+            same = cls(_stacked([first.fraction] * count), _stacked([first.offset] * count))
+            first._repeated[count] = same
+        return first._repeated[count]
+
+    @cached_property
+    def _repeated(self) -> dict[int, Affine]:
+        return {}
+
     def at(self, forward_speed: Array) -> Slip:
-        """Return the slip for wheel speeds (N,) [m/s]."""
+        """Return the slip for wheel speeds (N,) [m/s], or (K, N) at K instants."""
         fraction, offset = self.fraction, self.offset
-        return Slip(
-            fraction.longitudinal * forward_speed + offset.longitudinal,
-            fraction.lateral * forward_speed + offset.lateral,
-            fraction.yaw * forward_speed + offset.yaw,
-        )
+        longitudinal = fraction.longitudinal * forward_speed
+        longitudinal += offset.longitudinal  # where it lies: numpy takes half as long
+        lateral = fraction.lateral * forward_speed
+        lateral += offset.lateral
+        yaw = fraction.yaw * forward_speed
+        yaw += offset.yaw
+        return Slip(longitudinal, lateral, yaw)
+
+
+def _stacked(slips: Sequence[Slip]) -> Slip:
+    return Slip(
+        np.array([slip.longitudinal for slip in slips]),
+        np.array([slip.lateral for slip in slips]),
+        np.array([slip.yaw for slip in slips]),
+    )
 
 
 class SlipLaw(Protocol):
@@ -66,6 +92,10 @@ class NoSlip:
 
     def affine(self, time: float) -> Affine:
         """Return zeros."""
+        return self._affine
+
+    @cached_property
+    def _affine(self) -> Affine:
         zero = np.zeros(self.worlds)
         return Affine(Slip(zero, zero, zero), Slip(zero, zero, zero))
 
@@ -190,16 +220,20 @@ def slipping_velocity(forward_speed: Array, slip: Slip, cosine: Array, sine: Arr
     Parameters
     ----------
     forward_speed, cosine, sine : (N,) arrays
-        v [m/s] and the heading vector.
+        v [m/s] and the heading vector; (K, N) for K instants.
     slip : Slip
 
     Returns
     -------
-    tuple of (N,) arrays
-        ẋ and ẏ [m/s].
+    tuple of arrays
+        ẋ and ẏ [m/s], of the same shape.
     """
     along = forward_speed + slip.longitudinal
-    return along * cosine + slip.lateral * sine, along * sine - slip.lateral * cosine
+    x = along * cosine
+    x += slip.lateral * sine
+    y = along * sine
+    y -= slip.lateral * cosine
+    return x, y
 
 
 def measure_slip(motion: Motion) -> Slip:
