@@ -33,6 +33,7 @@ def recorded():
 
 def test_columns_hold_what_the_rows_held_bit_for_bit(recorded):
     columns, _, rows = recorded
+    columns = with_errors(columns)
     for k, row in enumerate(rows):
         for world in range(2):
             assert columns["motion.position.x"][world, k] == row.motion.position[world, 0]
@@ -50,7 +51,6 @@ def test_errors_follow_from_their_definitions():
     # 2 m ahead and 0.5 m to the left of the reference, heading 0.1 rad too far left, across the ±π cut or not
     for turn in (0.1, 0.1 + 2.0 * math.pi):
         heading = angle + turn
-        zero = np.zeros((1, 1))
 
         def cell(value: float) -> np.ndarray:
             return np.array([[value]])
@@ -68,10 +68,12 @@ def test_errors_follow_from_their_definitions():
                 "motion.position.y": cell(-1.0 + offset[1]),
                 "motion.heading_vector.x": cell(math.cos(heading)),
                 "motion.heading_vector.y": cell(math.sin(heading)),
+                # 0.03 m/s of slip forward and 0.04 m/s to the left
+                "motion.velocity.x": cell(0.05 * math.cos(heading) - 0.04 * math.sin(heading)),
+                "motion.velocity.y": cell(0.05 * math.sin(heading) + 0.04 * math.cos(heading)),
                 "motion.forward_speed": cell(0.02),
-                "slip.longitudinal": cell(0.03),
-                "slip.lateral": cell(-0.04),
-                "slip.yaw": zero,
+                "motion.heading_rate": cell(0.7),
+                "motion.yaw_rate": cell(0.5),
             }
         )
         assert columns["error.position"][0, 0] == pytest.approx(math.hypot(2.0, 0.5))
@@ -79,6 +81,9 @@ def test_errors_follow_from_their_definitions():
         assert columns["error.heading"][0, 0] == pytest.approx(0.1)
         assert columns["reference.forward_speed"][0, 0] == pytest.approx(0.4)
         assert columns["reference.yaw_rate"][0, 0] == pytest.approx(0.5)
+        assert columns["slip.longitudinal"][0, 0] == pytest.approx(0.03)
+        assert columns["slip.lateral"][0, 0] == pytest.approx(-0.04)
+        assert columns["slip.yaw"][0, 0] == pytest.approx(0.2)
         # 0.05 m/s of slip over the least speed of 0.05 m/s
         assert columns["slip.ratio"][0, 0] == pytest.approx(1.0)
         assert "motion.heading_vector.x" not in columns

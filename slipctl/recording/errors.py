@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from slipctl.recording.signals import Columns
 from slipctl.theory.flatness import flat_to_state
-from slipctl.theory.slip import slip_ratio
+from slipctl.theory.slip import explained_slip, slip_ratio
 
 
 def with_errors(columns: Columns) -> Columns:
-    """Add what follows from the recorded columns: reference state, heading, slip ratio and errors.
+    """Add what follows from the recorded columns: reference state, heading, slip and errors.
 
     Parameters
     ----------
@@ -25,6 +25,7 @@ def with_errors(columns: Columns) -> Columns:
         heading error wrapped to (−π, π].
     """
     columns = dict(columns)
+    _add_slip(columns)
     # a path that rests has a heading in its own time only
     stem = "reference.path_" if "reference.path_time" in columns else "reference."
     velocity, acceleration = _pair(columns, stem + "velocity"), _pair(columns, stem + "acceleration")
@@ -47,6 +48,17 @@ def with_errors(columns: Columns) -> Columns:
     turn = columns["motion.heading"] - heading
     columns["error.heading"] = np.arctan2(np.sin(turn), np.cos(turn))
     return columns
+
+
+def _add_slip(columns: Columns) -> None:
+    slip = explained_slip(
+        (columns["motion.heading_vector.x"], columns["motion.heading_vector.y"]),
+        (columns["motion.velocity.x"], columns["motion.velocity.y"]),
+        columns["motion.heading_rate"],
+        columns["motion.forward_speed"],
+        columns["motion.yaw_rate"],
+    )
+    columns |= {"slip.longitudinal": slip.longitudinal, "slip.lateral": slip.lateral, "slip.yaw": slip.yaw}
 
 
 def _pair(columns: Columns, stem: str) -> NDArray:

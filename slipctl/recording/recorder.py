@@ -12,12 +12,12 @@ from slipctl.recording.signals import SIGNALS, Columns
 from slipctl.simulate import Row
 from slipctl.tick import Reference
 
-ROWS_AT_ONCE = 16384
-"""Rows times worlds that the recorder turns at once: what a processor's cache holds of every signal."""
+ROWS_AT_ONCE = 65536
+"""Rows times worlds that the recorder turns at once. The more rows, the fewer pieces numpy copies."""
 
 ROWS_LATER = 16
-"""Rows of which all that no law made is read at once: between two ticks of an engine the same takes twice
-as long, because the engine leaves nothing of it in the cache."""
+"""Rows of an engine of which all that no law made is read at once: between two ticks the same takes twice as
+long, because the engine leaves nothing of it in the cache. Where there is no engine it is still there."""
 
 AT_ONCE = ("decision.", "sensed.", "wheel.rate_command", "wheel.torque_command")
 """Signals that are read at their tick: a law of one's own might change its arrays afterwards."""
@@ -66,16 +66,18 @@ class Recorder:
         here = k - self._first
         for slot in self._at_once:
             slot.rows[here] = slot.read(row)
-        self._waiting.append(row)
         self._next = k + 1
-        if len(self._waiting) == ROWS_LATER:
-            self._catch_up()
+        if self._later:
+            self._waiting.append(row)
+            if len(self._waiting) == ROWS_LATER:
+                self._catch_up()
 
     def _open(self, row: Row) -> None:
+        engine = row.details is not None
         self._block = min(self.rows, max(8, ROWS_AT_ONCE // self.worlds))
         for signal in SIGNALS:
-            value = signal.read(row)
-            if value is None:
+            value = None if signal.read is None else signal.read(row)
+            if signal.read is None or value is None:
                 continue
             names = [signal.name + part for part in signal.parts]
             if self.planned is not None and signal.name.startswith("reference."):
@@ -83,13 +85,13 @@ class Recorder:
                 parts = [every] if every.ndim == 2 else [every[:, :, part] for part in range(len(names))]
                 self._columns |= dict(zip(names, map(_column, parts), strict=True))
                 continue
-            # zeros and not NaN: rows after a world's end are never read
-            columns = [np.zeros((self.worlds, self.rows), dtype=value.dtype) for _ in names]
+            columns = [np.empty((self.worlds, self.rows), dtype=value.dtype) for _ in names]
             self._columns |= dict(zip(names, columns, strict=True))
             # in memory one part after the other, each with all worlds
             rows = np.zeros((self._block, *value.T.shape), dtype=value.dtype)
             slot = _Slot(signal.read, np.moveaxis(rows, 1, -1) if value.ndim > 1 else rows, columns)
-            (self._at_once if signal.name.startswith(AT_ONCE) else self._later).append(slot)
+            later = engine and not signal.name.startswith(AT_ONCE)
+            (self._later if later else self._at_once).append(slot)
 
     def _catch_up(self) -> None:
         last = self._next - self._first
@@ -115,6 +117,10 @@ class Recorder:
     def columns(self) -> Columns:
         """Return the recorded signals as (worlds, rows) arrays, by column name."""
         self._turn()
+        if self._next < self.rows:  # zeros and not NaN: rows after a world's end are never read
+            for slot in (*self._at_once, *self._later):
+                for column in slot.columns:
+                    column[:, self._next :] = 0
         return dict(self._columns)
 
 

@@ -31,14 +31,15 @@ class Signal:
     unit : str
     parts : tuple of str
         Endings of the component columns.
-    read : callable
-        From a row to an array (N,) or (N, components), or to None where the run has no such quantity.
+    read : callable or None
+        From a row to an array (N,) or (N, components), or to None where the run has no such quantity. None
+        for what follows from other columns: whole columns of it take fewer calls than its rows.
     """
 
     name: str
     unit: str
     parts: tuple[str, ...]
-    read: Callable[[Row], NDArray | None]
+    read: Callable[[Row], NDArray | None] | None
 
 
 def _path(read: Callable[[PathTime], NDArray]) -> Callable[[Row], NDArray | None]:
@@ -93,9 +94,9 @@ SIGNALS = (
     Signal("sensed.velocity", "m/s", XY, _sensed(lambda sensed: sensed.motion.velocity)),
     Signal("sensed.heading_vector", "1", XY, _sensed(lambda sensed: sensed.motion.heading_vector)),
     Signal("sensed.fix", "bool", SCALAR, _sensed(lambda sensed: sensed.fix)),
-    Signal("slip.longitudinal", "m/s", SCALAR, lambda row: row.slip.longitudinal),
-    Signal("slip.lateral", "m/s", SCALAR, lambda row: row.slip.lateral),
-    Signal("slip.yaw", "rad/s", SCALAR, lambda row: row.slip.yaw),
+    Signal("slip.longitudinal", "m/s", SCALAR, None),
+    Signal("slip.lateral", "m/s", SCALAR, None),
+    Signal("slip.yaw", "rad/s", SCALAR, None),
     Signal("decision.nominal_input", "m/s²", XY, lambda row: row.decision.trace.nominal_input),
     Signal("decision.robust_input", "m/s²", XY, lambda row: row.decision.trace.robust_input),
     Signal("decision.robust_gain", "m/s²", SCALAR, lambda row: row.decision.trace.robust_gain),

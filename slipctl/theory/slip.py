@@ -36,7 +36,9 @@ class Affine:
         """Return K instants as one whose arrays are (K, N); made once for one that is there K times."""
         first, count = instants[0], len(instants)
         if any(one is not first for one in instants):
-            return cls(_stacked([one.fraction for one in instants]), _stacked([one.offset for one in instants]))
+            return cls(
+                _stacked([one.fraction for one in instants]), _stacked([one.offset for one in instants])
+            )
         if count not in first._repeated:
             same = cls(_stacked([first.fraction] * count), _stacked([first.offset] * count))
             first._repeated[count] = same
@@ -250,12 +252,29 @@ def measure_slip(motion: Motion) -> Slip:
     Slip
         v_t = t·Ḟ − v, v_s = −n·Ḟ, w_s = Ω − w, (N,) each.
     """
-    c, s = motion.heading_vector[:, 0], motion.heading_vector[:, 1]
-    vx, vy = motion.velocity[:, 0], motion.velocity[:, 1]
+    return explained_slip(
+        (motion.heading_vector[:, 0], motion.heading_vector[:, 1]),
+        (motion.velocity[:, 0], motion.velocity[:, 1]),
+        motion.heading_rate,
+        motion.forward_speed,
+        motion.yaw_rate,
+    )
+
+
+def explained_slip(
+    heading_vector: tuple[Array, Array],
+    velocity: tuple[Array, Array],
+    heading_rate: Array,
+    forward_speed: Array,
+    yaw_rate: Array,
+) -> Slip:
+    """Return `measure_slip` of arrays of any one shape, x and y apart; see there."""
+    c, s = heading_vector
+    vx, vy = velocity
     return Slip(
-        longitudinal=(c * vx + s * vy) - motion.forward_speed,
+        longitudinal=(c * vx + s * vy) - forward_speed,
         lateral=s * vx - c * vy,
-        yaw=motion.heading_rate - motion.yaw_rate,
+        yaw=heading_rate - yaw_rate,
     )
 
 
