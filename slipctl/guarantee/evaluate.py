@@ -7,12 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from slipctl.guarantee.hypotheses import Hypotheses, demands, slip_rates_bounded
+from slipctl.guarantee.hypotheses import Hypotheses, WeightedError, demands, slip_rates_bounded
 from slipctl.guarantee.monitor import MARGIN, low_pass, measured_ratio
 from slipctl.guarantee.path_time import in_path_time, moves, steps
 from slipctl.theory.robust import largest_calm_tick
 from slipctl.theory.robust_dynamic import largest_calm_dynamic_tick
 from slipctl.tick import Array
+
+Pair = tuple[Array, Array]
+"""x and y of a vector, apart: numpy takes half as long for them as for pairs."""
 
 CHAIN = ("position", "velocity", "acceleration")
 """What e₁, e₂, e₃ compare."""
@@ -53,21 +56,24 @@ def with_guarantee(
     if hypotheses is None:
         return added
     errors = true_errors(columns, order)
-    weights = hypotheses.weights[:, None, :, :, None]
-    weighted = _sum([weights[:, :, -1, i] * errors[i] for i in range(order)])
-    lyapunov = _sum(
-        [weights[:, :, i, j, 0] * _dot(errors[i], errors[j]) for i in range(order) for j in range(order)]
-    )
-    length = np.sqrt(_dot(weighted, weighted))
+    weighted = weighted_error(errors, hypotheses.weights)
+    lyapunov, length = _lyapunov(errors, hypotheses.weights), weighted.length
     found = demands(columns, hypotheses, uncertainty, weighted)
-    added["guarantee.held"] = np.logical_and.reduce([demand.held for demand in found.values()])
     added |= {f"guarantee.{name}": demand.held for name, demand in found.items()}
+    held = np.ones(length.shape, dtype=bool)
+    for demand in found.values():
+        held &= demand.held
+    added["guarantee.held"] = held
     rates = slip_rates_bounded(columns, hypotheses)
     if rates is not None:
-        added["guarantee.slip_rates_bounded"] = np.pad(rates, ((0, 0), (0, 1)))
-    layer = hypotheses.boundary_layer[:, None]
-    falls = length < layer
-    falls[:, :-1] |= (lyapunov[:, 1:] < lyapunov[:, :-1]) | ~moves(columns)
+        bounded = np.zeros_like(held)
+        bounded[:, :-1] = rates
+        added["guarantee.slip_rates_bounded"] = bounded
+    falls = length < hypotheses.boundary_layer[:, None]
+    falls[:, :-1] |= lyapunov[:, 1:] < lyapunov[:, :-1]
+    told = moves(columns)
+    if told is not None:
+        falls[:, :-1] |= ~told
     added["guarantee.weighted_error"] = length
     added["guarantee.lyapunov"] = lyapunov
     added["guarantee.lyapunov_falls"] = falls
@@ -79,31 +85,74 @@ def with_guarantee(
     seen = low_pass(measured_ratio(columns), tick)
     limit = hypotheses.ratio_bound(np.abs(columns["motion.forward_speed"])) + MARGIN
     added["guarantee.monitored_slip"] = seen
-    added["guarantee.monitor_limit"] = limit
+    added["guarantee.monitor_limit"] = np.broadcast_to(limit, seen.shape)
     added["guarantee.alarm"] = seen > limit
     return added
 
 
-def true_errors(columns: Mapping[str, NDArray], order: int) -> list[Array]:
-    """Return e₁ … of the true motion, (N, T, 2) each."""
-    return [_pair(columns, f"motion.{name}") - _pair(columns, f"reference.{name}") for name in CHAIN[:order]]
+def true_errors(columns: Mapping[str, NDArray], order: int) -> list[Pair]:
+    """Return e₁ … of the true motion, x and y (N, T) of each."""
+    return [
+        (
+            columns[f"motion.{name}.x"] - columns[f"reference.{name}.x"],
+            columns[f"motion.{name}.y"] - columns[f"reference.{name}.y"],
+        )
+        for name in CHAIN[:order]
+    ]
+
+
+def weighted_error(errors: list[Pair], weights: Array) -> WeightedError:
+    """Return JᵀPe (N, T) of errors and weights (N, order, order)."""
+    last = weights[:, -1, :, None]
+    x, y = last[:, 0] * errors[0][0], last[:, 0] * errors[0][1]
+    for i, error in enumerate(errors[1:], 1):
+        x += last[:, i] * error[0]
+        y += last[:, i] * error[1]
+    return WeightedError(x, y)
+
+
+def _lyapunov(errors: list[Pair], weights: Array) -> Array:
+    """Return V = eᵀPe (N, T)."""
+    order = range(len(errors))
+    products = {(i, j): _dot(errors[i], errors[j]) for i in order for j in order if i <= j}
+    total = np.zeros(errors[0][0].shape)
+    for i in order:
+        for j in order:
+            total += weights[:, i, j, None] * products[min(i, j), max(i, j)]
+    return total
 
 
 def _uncertainty(columns: Mapping[str, NDArray], derived: str, tick: float) -> Array:
-    rate = _pair(columns, f"motion.{derived}")
-    flat_input = _pair(columns, "decision.nominal_input") + _pair(columns, "decision.robust_input")
     told, step = moves(columns), steps(columns, tick)
-    size = np.zeros(rate.shape[:2])
-    if not isinstance(step, float):
-        step = np.where(told, step, 1.0)[..., None]
-    eta = (rate[:, 1:] - rate[:, :-1]) / step - flat_input[:, :-1]
-    size[:, :-1] = np.where(told, np.sqrt(_dot(eta, eta)), 0.0)
+    if told is not None:
+        step = np.where(told, step, 1.0)
+    eta = (_beyond(columns, derived, "x", step), _beyond(columns, derived, "y", step))
+    size = np.empty(columns["motion.forward_speed"].shape)
+    np.sqrt(_dot(eta, eta), out=size[:, :-1])
+    size[:, -1] = 0.0
+    if told is not None:
+        size[:, :-1][~told] = 0.0
     return size
 
 
+def _beyond(columns: Mapping[str, NDArray], derived: str, axis: str, step: Array | float) -> Array:
+    """Return one component of η (N, T - 1)."""
+    rate = columns[f"motion.{derived}.{axis}"]
+    eta = rate[:, 1:] - rate[:, :-1]
+    eta /= step
+    nominal, robust = columns[f"decision.nominal_input.{axis}"], columns[f"decision.robust_input.{axis}"]
+    eta -= nominal[:, :-1] + robust[:, :-1]
+    return eta
+
+
 def _calm_tick(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slip = (columns["slip.longitudinal"] - 1j * columns["slip.lateral"]) / columns["motion.forward_speed"]
+    speed = columns["motion.forward_speed"]
+    slip: NDArray[np.complex128] = np.empty(speed.shape, dtype=np.complex128)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        # (v_t − i v_s)/v; numpy's complex division multiplies by the inverse, too, in ten times as long
+        inverse = 1.0 / speed
+        np.multiply(columns["slip.longitudinal"], inverse, out=slip.real)
+        np.multiply(columns["slip.lateral"], -inverse, out=slip.imag)
     largest = largest_calm_tick if hypotheses.order == 2 else largest_calm_dynamic_tick
     threshold = largest(
         hypotheses.boundary_layer[:, None],
@@ -112,19 +161,11 @@ def _calm_tick(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -> Array:
         slip,
     )
     # at v = 0, and where slip turns the input around, no tick is short enough
-    return np.where(threshold > 0.0, threshold, 0.0)
+    np.copyto(threshold, 0.0, where=~(threshold > 0.0))
+    return threshold
 
 
-def _pair(columns: Mapping[str, NDArray], stem: str) -> Array:
-    return np.stack([columns[f"{stem}.x"], columns[f"{stem}.y"]], axis=-1)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
-
-
-def _sum(terms: list[Array]) -> Array:
-    total = terms[0]
-    for term in terms[1:]:
-        total = total + term
+def _dot(a: Pair, b: Pair) -> Array:
+    total = a[0] * b[0]
+    total += a[1] * b[1]
     return total

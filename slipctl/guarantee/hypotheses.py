@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,13 +65,34 @@ class Hypotheses:
         return replace(self, **some)
 
     def ratio_bound(self, speed: Array) -> Array:
-        """Return q, the bound on |σ| = √(v_t² + v_s²)/|v| (N, T) that follows at speeds |v| (N, T)."""
+        """Return q, the bound on |σ| = √(v_t² + v_s²)/|v| that follows at speeds |v| (N, T).
+
+        (N, 1) where it is the same at every speed, else (N, T).
+        """
         alpha = self.slip_bound[:, None]
         if self.lateral_slip_bound is not None:
             lateral = self.lateral_slip_bound[:, None] / np.maximum(speed, LEAST_SPEED)
             return np.sqrt(alpha * alpha + lateral * lateral)
         factor = 2.0 if self.uncertainty == "paper" and self.order == 2 else math.sqrt(2.0)
-        return factor * alpha * np.ones_like(speed)
+        return factor * alpha
+
+
+@dataclass(frozen=True)
+class WeightedError:
+    """JᵀPe of the true error.
+
+    Attributes
+    ----------
+    x, y : (N, T) arrays
+    """
+
+    x: Array
+    y: Array
+
+    @cached_property
+    def length(self) -> Array:
+        """‖JᵀPe‖ (N, T)."""
+        return _length(self.x, self.y)
 
 
 @dataclass(frozen=True)
@@ -80,30 +102,39 @@ class Demand:
     Attributes
     ----------
     held : (N, T) bool array
-    excess : (N, T) array
-        By which share of its limit the measured value is beyond it; negative where it is within.
+    beyond : callable
+        Returns by how much the measured value is beyond its limit (N, T); negative where it is within.
+    scale : array
+        What that is counted in: the limit, unless there is another measure.
     """
 
     held: NDArray[np.bool_]
-    excess: Array
+    beyond: Callable[[], Array]
+    scale: Array
+
+    @property
+    def excess(self) -> Array:
+        """By which share of the scale the measured value is beyond its limit (N, T); few ask for it."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.beyond() / self.scale
 
 
 def at_most(value: Array, limit: Array, scale: Array | None = None) -> Demand:
     """Demand value ≤ limit; the excess counts in shares of `scale`, or else of the limit."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        excess = (value - limit) / (limit if scale is None else scale)
-    return Demand(value <= limit * (1.0 + SLACK), excess)
+    held = value <= limit * (1.0 + SLACK)
+    return Demand(held, lambda: value - limit, limit if scale is None else scale)
 
 
 def at_least(value: Array, limit: Array) -> Demand:
     """Demand value ≥ limit; the excess is the missing share of the limit."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        excess = (limit - value) / limit
-    return Demand(value >= limit * (1.0 - SLACK), excess)
+    return Demand(value >= limit * (1.0 - SLACK), lambda: limit - value, limit)
 
 
 def demands(
-    columns: Mapping[str, NDArray], hypotheses: Hypotheses, uncertainty: Array, weighted: Array
+    columns: Mapping[str, NDArray],
+    hypotheses: Hypotheses,
+    uncertainty: Array,
+    weighted: WeightedError,
 ) -> dict[str, Demand]:
     """Return every hypothesis, by its name in `slipctl.guarantee.columns.HYPOTHESES`.
 
@@ -123,8 +154,7 @@ def demands(
     hypotheses : Hypotheses
     uncertainty : (N, T) array
         ‖η‖.
-    weighted : (N, T, 2) array
-        JᵀPe of the true error.
+    weighted : WeightedError
     """
     alpha, layer = hypotheses.slip_bound[:, None], hypotheses.boundary_layer[:, None]
     speed = np.abs(columns["motion.forward_speed"])
@@ -132,7 +162,8 @@ def demands(
     allowed = alpha * speed
     yaw_allowed = _or_else(hypotheses.yaw_slip_bound, allowed)
     if hypotheses.order == 2 and hypotheses.uncertainty == "paper":
-        slip = at_most(along + across, 2.0 * allowed)
+        along += across
+        slip = at_most(along, 2.0 * allowed)
     elif hypotheses.uncertainty == "slip_ratio":
         slip = at_most(np.sqrt(along * along + across * across), math.sqrt(2.0) * allowed)
     else:
@@ -140,10 +171,12 @@ def demands(
         worse = across * allowed > along * sideways
         slip = at_most(np.where(worse, across, along), np.where(worse, sideways, allowed))
     off = _length(
-        columns["decision.weighted_error.x"] - weighted[..., 0],
-        columns["decision.weighted_error.y"] - weighted[..., 1],
+        columns["decision.weighted_error.x"] - weighted.x,
+        columns["decision.weighted_error.y"] - weighted.y,
     )
-    tolerance = SLACK * (layer + _length(weighted[..., 0], weighted[..., 1])) + 1e-12
+    tolerance = layer + weighted.length
+    tolerance *= SLACK
+    tolerance += 1e-12
     return {
         "speed_above_floor": at_least(speed, hypotheses.speed_floor[:, None]),
         "slip_bounded": slip,
@@ -170,10 +203,20 @@ def slip_rates_bounded(columns: Mapping[str, NDArray], hypotheses: Hypotheses) -
         return None
     speed = columns["motion.forward_speed"]
     # differences of rounded numbers: the paper's slip meets the bound with equality
-    rounding = 16.0 * np.finfo(float).eps * np.abs(speed[:, 1:])
-    allowed = hypotheses.slip_bound[:, None] * np.abs(np.diff(speed, axis=1)) * (1.0 + SLACK) + rounding
-    rates = [np.abs(np.diff(columns[f"slip.{name}"], axis=1)) for name in ("longitudinal", "lateral")]
-    return (rates[0] <= allowed) & (rates[1] <= allowed)
+    rounding = np.abs(speed[:, 1:])
+    rounding *= 16.0 * np.finfo(float).eps
+    allowed = _change(speed)
+    allowed *= hypotheses.slip_bound[:, None]
+    allowed *= 1.0 + SLACK
+    allowed += rounding
+    bounded = _change(columns["slip.longitudinal"]) <= allowed
+    bounded &= _change(columns["slip.lateral"]) <= allowed
+    return bounded
+
+
+def _change(values: Array) -> Array:
+    change = values[:, 1:] - values[:, :-1]
+    return np.abs(change, out=change)
 
 
 def _or_else(bound: Array | None, otherwise: Array) -> Array:
@@ -181,4 +224,6 @@ def _or_else(bound: Array | None, otherwise: Array) -> Array:
 
 
 def _length(x: Array, y: Array) -> Array:
-    return np.sqrt(x * x + y * y)
+    squares = x * x
+    squares += y * y
+    return np.sqrt(squares, out=squares)

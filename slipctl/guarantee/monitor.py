@@ -22,6 +22,8 @@ MARGIN = 0.05
 def measured_ratio(columns: Mapping[str, NDArray]) -> Array:
     """Return |σ̂| = |Ḟ conj(E)/v − 1| (N, T) of what is sensed, else of the true motion."""
     if "sensed.velocity.x" not in columns:
+        if "slip.ratio" in columns:
+            return columns["slip.ratio"]  # the same
         along, across = columns["slip.longitudinal"], columns["slip.lateral"]
     else:
         cosine, sine = np.cos(columns["sensed.heading"]), np.sin(columns["sensed.heading"])

@@ -14,7 +14,8 @@ from slipctl.tick import Array
 def in_path_time(columns: Mapping[str, NDArray]) -> Mapping[str, NDArray]:
     """Return the columns with every rate per path time; the same columns where the law is in real time.
 
-    Where the path's time hardly passes (`moves`), rates are those that the law holds, and slip is 0.
+    Where the path's time hardly passes (`moves`), rates are those that the law holds, and slip is 0. The
+    recorded slip ratio is left out: it is one of rates in real time where the robot is slow.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def in_path_time(columns: Mapping[str, NDArray]) -> Mapping[str, NDArray]:
             changed[f"sensed.velocity.{axis}"] = held
         for name in ("velocity", "acceleration"):
             changed[f"reference.{name}.{axis}"] = columns[f"reference.path_{name}.{axis}"]
-    return {**columns, **changed}
+    return {**{name: values for name, values in columns.items() if name != "slip.ratio"}, **changed}
 
 
 def steps(columns: Mapping[str, NDArray], tick: float) -> Array | float:
@@ -49,9 +50,9 @@ def steps(columns: Mapping[str, NDArray], tick: float) -> Array | float:
     return np.diff(columns["reference.path_time"], axis=1)
 
 
-def moves(columns: Mapping[str, NDArray]) -> NDArray[np.bool_]:
-    """Return on which ticks (N, T - 1) rates per path time can be told; all of them in real time."""
+def moves(columns: Mapping[str, NDArray]) -> NDArray[np.bool_] | None:
+    """Return on which ticks (N, T - 1) rates per path time can be told; None in real time, where all can."""
     if "decision.path_speed" not in columns:
-        return np.ones_like(columns["motion.forward_speed"][:, 1:], dtype=bool)
+        return None
     tells = columns["reference.path_rate"] >= LEAST_RATE
     return tells[:, 1:] & tells[:, :-1]

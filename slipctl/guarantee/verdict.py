@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.guarantee.columns import HYPOTHESES, METRIC_UNITS
-from slipctl.guarantee.evaluate import true_errors
+from slipctl.guarantee.evaluate import true_errors, weighted_error
 from slipctl.guarantee.hypotheses import Hypotheses, demands
 from slipctl.guarantee.path_time import in_path_time
 from slipctl.theory import ultimate
@@ -117,10 +117,8 @@ def _first_violations(
     worlds, rows = np.array(list(broken)), np.array(list(broken.values()))
     here = {name: values[worlds, rows][:, None] for name, values in columns.items()}
     chosen = hypotheses.of(worlds)
-    errors = true_errors(here, chosen.order)
-    weights = chosen.weights[:, -1]
-    weighted = sum(weights[:, i, None, None] * error for i, error in enumerate(errors))
-    found = demands(here, chosen, here["guarantee.uncertainty"], np.asarray(weighted))
+    weighted = weighted_error(true_errors(here, chosen.order), chosen.weights)
+    found = demands(here, chosen, here["guarantee.uncertainty"], weighted)
     told: dict[int, Told] = {}
     for index, (world, k) in enumerate(broken.items()):
         name = next(name for name in HYPOTHESES if not here[f"guarantee.{name}"][index, 0])

@@ -271,11 +271,12 @@ def explained_slip(
     """Return `measure_slip` of arrays of any one shape, x and y apart; see there."""
     c, s = heading_vector
     vx, vy = velocity
-    return Slip(
-        longitudinal=(c * vx + s * vy) - forward_speed,
-        lateral=s * vx - c * vy,
-        yaw=heading_rate - yaw_rate,
-    )
+    longitudinal = c * vx
+    longitudinal += s * vy
+    longitudinal -= forward_speed
+    lateral = s * vx
+    lateral -= c * vy
+    return Slip(longitudinal, lateral, yaw=heading_rate - yaw_rate)
 
 
 def slip_ratio(longitudinal: Array, lateral: Array, forward_speed: Array, least_speed: float = 0.05) -> Array:
@@ -288,9 +289,11 @@ def slip_ratio(longitudinal: Array, lateral: Array, forward_speed: Array, least_
     least_speed : float
         Keeps the ratio finite at standstill [m/s]; 0.05 is the paper's speed floor (Section VI).
     """
-    return np.sqrt(longitudinal * longitudinal + lateral * lateral) / np.maximum(
-        np.abs(forward_speed), least_speed
-    )
+    squares = longitudinal * longitudinal
+    squares += lateral * lateral
+    length = np.sqrt(squares)
+    length /= np.maximum(np.abs(forward_speed), least_speed)
+    return length
 
 
 def slip_terms(

@@ -64,8 +64,9 @@ def tight_level_sets(weights: Array, boundary_layer: Array, robust_gain: Array) 
     layer, gain = np.where(some, boundary_layer, 1.0)[:, None], robust_gain[:, None]
 
     def largest(length: Array) -> Array:
-        allowed = 2.0 * gain * (length - length * length / layer)
-        radius = np.sqrt(np.maximum(allowed - length * length / squared, 0.0))
+        square = length * length
+        allowed = 2.0 * gain * (length - square / layer)
+        radius = np.sqrt(np.maximum(allowed - square / squared, 0.0))
         linear = slope[:, None, None] * length
         multiplier = _multiplier(form[:, None, None], linear, radius)
         gap = np.maximum(multiplier - form[:, None, None], 1e-300)
