@@ -12,8 +12,8 @@ from slipctl.recording.signals import SIGNALS, Columns
 from slipctl.simulate import Row
 from slipctl.tick import Reference
 
-ROWS_AT_ONCE = 65536
-"""Rows times worlds that the recorder turns at once. The more rows, the fewer pieces numpy copies."""
+ROWS_AT_ONCE = 16384
+"""Rows times worlds that the recorder turns at once: what a processor's cache holds of every signal."""
 
 ROWS_LATER = 16
 """Rows of an engine of which all that no law made is read at once: between two ticks the same takes twice as
