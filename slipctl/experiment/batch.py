@@ -13,7 +13,7 @@ from slipctl.experiment.own import OwnLaws, lineup
 from slipctl.experiment.plan import sampled_rows
 from slipctl.guarantee import METRIC_UNITS, verdicts, with_guarantee
 from slipctl.metrics import UNITS, measure_worlds
-from slipctl.recording import Columns, Recorder, signal_tables, with_errors
+from slipctl.recording import Columns, Recorder, signal_tables, with_errors, with_plan
 from slipctl.simulate import Ending, simulate
 from slipctl.tick import Status
 
@@ -28,7 +28,7 @@ STATUS_NAMES = {
 }
 
 ELEMENTS_AT_ONCE = 65536
-"""Rows times worlds that are judged and measured at once: more take fewer calls, fewer stay in the cache."""
+"""Rows times worlds that are judged and measured at once: enough that calls do not count."""
 
 
 @dataclass(frozen=True)
@@ -179,12 +179,10 @@ def run_batch(
             failure = raised(error)
             every = np.full(len(members), recorder.written - 1)
             ending = Ending(np.zeros_like(every, dtype=np.int8), every)
-        recorded, statuses = recorder.columns(), ending.status.tolist()
-        last_rows = ending.last_row.tolist()
+        statuses, last_rows = ending.status.tolist(), ending.last_row.tolist()
         runs: list[Run] = []
-        for block in _blocks(len(members), rows):
+        for block, columns in _blocks(with_plan(recorder.columns()), len(members), rows):
             theorem = None if law.hypotheses is None else law.hypotheses.of(block)
-            columns = {name: values[block] for name, values in recorded.items()}
             columns = with_guarantee(with_errors(columns), theorem, tick)
             numbers = [index * runs_of_world + position for index in indices[block]]
             runs += [
@@ -216,11 +214,21 @@ def run_batch(
         yield runs
 
 
-def _blocks(worlds: int, rows: int) -> Iterator[slice]:
-    """Yield slices of worlds whose columns fit in a processor's cache, so that sums are made there."""
+def _blocks(columns: Columns, worlds: int, rows: int) -> Iterator[tuple[slice, Columns]]:
+    """Yield slices of worlds and their columns.
+
+    Columns that all worlds share, as those of a plan, take room for one block only, which all blocks share.
+    """
     step = max(1, ELEMENTS_AT_ONCE // rows)
+    shared = {
+        name: np.ascontiguousarray(values[:step])
+        for name, values in columns.items()
+        if values.strides[0] == 0
+    }
     for first in range(0, worlds, step):
-        yield slice(first, min(first + step, worlds))
+        block = slice(first, min(first + step, worlds))
+        alike = {name: values[: block.stop - first] for name, values in shared.items()}
+        yield block, {name: alike.get(name, values[block]) for name, values in columns.items()}
 
 
 def _kept(

@@ -11,8 +11,8 @@ from slipctl.theory.flatness import flat_to_state
 from slipctl.theory.slip import explained_slip, slip_ratio
 
 
-def with_errors(columns: Columns) -> Columns:
-    """Add what follows from the recorded columns: reference state, heading, slip and errors.
+def with_plan(columns: Columns) -> Columns:
+    """Add heading, speed and yaw rate of the reference, which follow from its own columns.
 
     Parameters
     ----------
@@ -21,22 +21,41 @@ def with_errors(columns: Columns) -> Columns:
     Returns
     -------
     dict of (N, T) arrays
+        Where all worlds share one path, and so one row of memory, they share what follows, too.
+    """
+    # a path that rests has a heading in its own time only
+    stem = "reference.path_" if "reference.path_time" in columns else "reference."
+    planned = [columns[f"{stem}{name}.{axis}"] for name in ("velocity", "acceleration") for axis in "xy"]
+    shape = planned[0].shape
+    if all(column.strides[0] == 0 for column in planned):
+        planned = [column[:1] for column in planned]
+    speed, heading, _, yaw_rate = flat_to_state(pair(*planned[:2]), pair(*planned[2:]))
+    if "reference.path_rate" in columns:
+        speed, yaw_rate = speed * columns["reference.path_rate"], yaw_rate * columns["reference.path_rate"]
+    return columns | {
+        "reference.heading": np.broadcast_to(heading, shape),
+        "reference.forward_speed": np.broadcast_to(speed, shape),
+        "reference.yaw_rate": np.broadcast_to(yaw_rate, shape),
+    }
+
+
+def with_errors(columns: Columns) -> Columns:
+    """Add what follows from the recorded columns: reference state, heading, slip and errors.
+
+    Parameters
+    ----------
+    columns : dict of (N, T) arrays
+        What `with_plan` adds may be there.
+
+    Returns
+    -------
+    dict of (N, T) arrays
         Heading vectors replaced by `motion.heading` and `sensed.heading`; the position error is the distance
         to the reference at the same time, cross-track its component along the reference's left normal,
         heading error wrapped to (−π, π].
     """
-    columns = dict(columns)
+    columns = dict(columns) if "reference.heading" in columns else with_plan(columns)
     _add_slip(columns)
-    # a path that rests has a heading in its own time only
-    stem = "reference.path_" if "reference.path_time" in columns else "reference."
-    ahead = columns[stem + "velocity.x"], columns[stem + "velocity.y"]
-    planned = *ahead, columns[stem + "acceleration.x"], columns[stem + "acceleration.y"]
-    speed, heading, yaw_rate = _reference(*planned)
-    columns["reference.heading"] = heading
-    columns["reference.forward_speed"], columns["reference.yaw_rate"] = speed, yaw_rate
-    if "reference.path_rate" in columns:
-        columns["reference.forward_speed"] = speed * columns["reference.path_rate"]
-        columns["reference.yaw_rate"] = yaw_rate * columns["reference.path_rate"]
     for seen in ("motion", "sensed") if "sensed.fix" in columns else ("motion",):
         cosine, sine = columns.pop(f"{seen}.heading_vector.x"), columns.pop(f"{seen}.heading_vector.y")
         columns[f"{seen}.heading"] = np.arctan2(sine, cosine)
@@ -45,31 +64,33 @@ def with_errors(columns: Columns) -> Columns:
     )
     x = columns["motion.position.x"] - columns["reference.position.x"]
     y = columns["motion.position.y"] - columns["reference.position.y"]
-    squares = x * x
-    squares += y * y
-    columns["error.position"] = np.sqrt(squares, out=squares)
-    y *= ahead[0]
-    x *= ahead[1]
-    y -= x
-    with np.errstate(invalid="ignore", divide="ignore"):
-        y /= speed
-    columns["error.cross_track"] = y
-    turn = columns["motion.heading"] - heading
+    columns["error.position"] = _length(x, y)
+    columns["error.cross_track"] = _across(columns, x, y)
+    turn = columns["motion.heading"] - columns["reference.heading"]
     sine = np.sin(turn)
     columns["error.heading"] = np.arctan2(sine, np.cos(turn, out=turn), out=sine)
     return columns
 
 
-def _reference(*planned: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Return speed, heading and yaw rate (N, T) of the components of planned velocity and acceleration.
+def _across(columns: Columns, x: NDArray, y: NDArray) -> NDArray:
+    """Return the component of (x, y) along the left normal of the path."""
+    if "reference.path_time" in columns:
+        ahead = columns["reference.path_velocity.x"], columns["reference.path_velocity.y"]
+        speed = _length(*ahead)
+    else:
+        ahead = columns["reference.velocity.x"], columns["reference.velocity.y"]
+        speed = columns["reference.forward_speed"]
+    across = y * ahead[0]
+    across -= x * ahead[1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        across /= speed
+    return across
 
-    Where all worlds share one path, and so one row of memory, they are worked out once.
-    """
-    shape = planned[0].shape
-    if all(column.strides[0] == 0 for column in planned):
-        planned = tuple(column[:1] for column in planned)
-    speed, heading, _, yaw_rate = flat_to_state(pair(*planned[:2]), pair(*planned[2:]))
-    return np.broadcast_to(speed, shape), np.broadcast_to(heading, shape), np.broadcast_to(yaw_rate, shape)
+
+def _length(x: NDArray, y: NDArray) -> NDArray:
+    squares = x * x
+    squares += y * y
+    return np.sqrt(squares, out=squares)
 
 
 def _add_slip(columns: Columns) -> None:

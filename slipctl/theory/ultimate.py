@@ -70,7 +70,7 @@ def tight_level_sets(weights: Array, boundary_layer: Array, robust_gain: Array) 
         linear = slope[:, None, None] * length
         multiplier = _multiplier(form[:, None, None], linear, radius)
         gap = np.maximum(multiplier - form[:, None, None], 1e-300)
-        rest = multiplier * radius**2 + np.sum(linear**2 / gap, axis=0)
+        rest = multiplier * radius**2 + _summed(linear**2 / gap)
         return np.where(radius > 0.0, own * length * length + rest, 0.0)
 
     worlds = np.arange(len(layer))
@@ -91,7 +91,7 @@ def _multiplier(form: Array, linear: Array, radius: Array) -> Array:
 
     With one direction across there is nothing to search for.
     """
-    high = form[-1] + np.sqrt(np.sum(linear * linear, axis=0)) / np.maximum(radius, 1e-12)
+    high = form[-1] + np.sqrt(_summed(linear * linear)) / np.maximum(radius, 1e-12)
     if len(form) == 1:
         return high
     low, squared = np.full_like(high, form[-1].item()), radius**2
@@ -100,6 +100,10 @@ def _multiplier(form: Array, linear: Array, radius: Array) -> Array:
         more = np.sum((linear / np.maximum(middle - form, 1e-300)) ** 2, axis=0) > squared
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return high
+
+
+def _summed(directions: Array) -> Array:
+    return directions[0] if len(directions) == 1 else np.sum(directions, axis=0)
 
 
 @lru_cache(maxsize=256)
