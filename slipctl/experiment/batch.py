@@ -27,7 +27,7 @@ STATUS_NAMES = {
     Status.LEFT_THE_ARENA: "left_the_arena",
 }
 
-ELEMENTS_AT_ONCE = 65536
+ELEMENTS_AT_ONCE = 32768
 """Rows times worlds that are judged and measured at once: enough that calls do not count."""
 
 
