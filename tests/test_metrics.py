@@ -137,3 +137,12 @@ def test_sums_of_long_runs_round_alike_alone_and_in_company():
         assert together[world]["median_slip_ratio"] == np.median(columns["slip.ratio"][world, : last + 1])
         flags = columns["decision.saturated"][world, : last + 1]
         assert together[world]["saturation_fraction"] == flags.mean()
+
+
+@pytest.mark.parametrize("last_row", [0, 1, 2, 99, 100])
+def test_the_median_is_that_of_numpy(last_row):
+    ratio = np.random.default_rng(last_row).uniform(0.0, 2.0, ROWS)
+    told = measure(by_hand(slip__ratio=ratio), 1, last_row)["median_slip_ratio"]
+    assert told == np.median(ratio[: last_row + 1])
+    ratio[last_row // 2] = np.nan
+    assert measure(by_hand(slip__ratio=ratio), 1, last_row)["median_slip_ratio"] is None

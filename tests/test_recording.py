@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_tables, with_errors
+from slipctl.recording import LAW_COLUMNS, UNITS, Recorder, signal_tables, with_errors, with_plan
 from slipctl.simulate import simulate
 from tests import builders
 
@@ -167,3 +167,15 @@ def test_tables_of_a_batch_are_those_of_each_world_alone(recorded):
         assert told[-1] is None
         assert told[:-1] == columns["guarantee.held"][world, : last_rows[world]].tolist()
         assert table["guarantee.uncertainty"].null_count == 1
+
+
+def test_what_follows_from_a_shared_path_is_shared_and_the_same():
+    path = np.random.default_rng(3).uniform(0.1, 0.5, (4, 9))
+    names = [f"reference.{name}.{axis}" for name in ("velocity", "acceleration") for axis in "xy"]
+    shared = {name: np.broadcast_to(row, (3, 9)) for name, row in zip(names, path, strict=True)}
+    own = {name: values.copy() for name, values in shared.items()}
+    for rate in ({}, {"reference.path_rate": np.linspace(0.0, 1.0, 27).reshape(3, 9)}):
+        together, apart = with_plan(shared | rate), with_plan(own | rate)
+        assert together["reference.heading"].strides[0] == 0
+        for name, values in apart.items():
+            assert np.array_equal(together[name], values), name

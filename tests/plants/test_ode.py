@@ -239,3 +239,31 @@ def test_world_that_diverged_says_so_and_the_others_do_not_notice(broken):
 def test_kinematic_model_has_no_bodies():
     plant = ode_plant(NoSlip(3), 3)
     assert plant.details(plant.start(STARTS)) is None
+
+
+def test_state_of_another_slip_law_is_seen_with_ones_own():
+    state = ode_plant(NoSlip(3), 3).start(STARTS)
+    plant = ode_plant(ProportionalSlip(*FRACTIONS), 3)
+    own, expected = plant.with_own_slip(state), plant.start(STARTS)
+    assert not np.array_equal(state.velocity, expected.velocity)
+    motion, wanted = plant.observe(own), plant.observe(expected)
+    np.testing.assert_array_equal(motion.velocity, wanted.velocity)
+    np.testing.assert_array_equal(motion.heading_rate, wanted.heading_rate)
+    np.testing.assert_array_equal(motion.wheel_rate, wanted.wheel_rate)
+    command = straight(3, np.array([0.3, 0.4, 0.5]))
+    after, wanted = plant.step(own, command, 0.05), plant.step(expected, command, 0.05)
+    np.testing.assert_array_equal(after.position, wanted.position)
+    np.testing.assert_array_equal(after.heading, wanted.heading)
+
+
+def test_what_follows_from_a_state_is_the_same_whether_all_worlds_move_or_not():
+    """A step that stops one world works out the rest anew, one that stops none takes it from its stages."""
+    plant = ode_plant(swinging(), 3)
+    start = plant.start(STARTS)
+    command = straight(3, np.array([0.2, 0.3, 0.4]))
+    arena = np.array([50.0, 1e-3, 50.0])
+    all_move = plant.step(start, command, 0.02)
+    two_move = KinematicOde(MAGELLAN_PRO, swinging(), arena).step(start, command, 0.02)
+    assert list(two_move.status) == [Status.RUNNING, Status.LEFT_THE_ARENA, Status.RUNNING]
+    for name in ("velocity", "yaw_slip", "wheel_rate", "heading_vector", "position", "wheel_angle"):
+        np.testing.assert_array_equal(getattr(two_move, name), getattr(all_move, name))

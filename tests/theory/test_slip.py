@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from slipctl.theory.flatness import invert_decoupling
 from slipctl.theory.slip import (
+    Affine,
     NoSlip,
     ProportionalSlip,
     SeriesSlip,
@@ -293,3 +294,13 @@ def test_a_series_of_two_samples_is_a_ramp():
     for time, share in ((0.0, 0.0), (1.0, 0.0), (1.5, 0.25), (3.0, 1.0), (9.0, 1.0)):
         slip = ramp.affine(time).offset
         assert (slip.longitudinal[0], slip.lateral[0], slip.yaw[0]) == (share, 2.0 * share, -4.0 * share)
+
+
+@pytest.mark.parametrize("law", [ProportionalSlip(*TABLES[:, :, 0]), SERIES, NoSlip(2)])
+def test_instants_together_are_each_instant_bit_for_bit(law):
+    instants = [law.affine(time) for time in (0.7, 0.7, 1.9)]
+    speeds = np.array([[0.3, -0.0], [0.4, 1.1], [-0.5, 0.0]])
+    together = Affine.together(instants).at(speeds)
+    for k, (one, speed) in enumerate(zip(instants, speeds, strict=True)):
+        for name in COMPONENTS:
+            assert getattr(together, name)[k].tobytes() == getattr(one.at(speed), name).tobytes()
