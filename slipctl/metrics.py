@@ -59,7 +59,7 @@ def measure_worlds(columns: Columns, last_rows: Sequence[int]) -> list[dict[str,
 
 def _medians(rows: NDArray) -> NDArray:
     """Return the median of every row, NaN where the row has one; sorting takes a third of `np.median`."""
-    ordered = np.sort(rows, axis=1)
+    ordered = np.sort(rows)
     middle = rows.shape[1] // 2
     medians = ordered[:, middle]
     if rows.shape[1] % 2 == 0:

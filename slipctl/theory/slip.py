@@ -34,8 +34,9 @@ class Affine:
     @classmethod
     def together(cls, instants: Sequence[Affine]) -> Affine:
         """Return K instants as one whose arrays are (K, N); made once for one that is there K times."""
-        first, count = instants[0], len(instants)
-        if any(one is not first for one in instants):
+        first, *others = instants
+        count = len(instants)
+        if any(one is not first for one in others):
             return cls(
                 _stacked([one.fraction for one in instants]), _stacked([one.offset for one in instants])
             )

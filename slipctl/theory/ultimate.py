@@ -64,13 +64,12 @@ def tight_level_sets(weights: Array, boundary_layer: Array, robust_gain: Array) 
     layer, gain = np.where(some, boundary_layer, 1.0)[:, None], robust_gain[:, None]
 
     def largest(length: Array) -> Array:
-        square = length * length
-        allowed = 2.0 * gain * (length - square / layer)
-        radius = np.sqrt(np.maximum(allowed - square / squared, 0.0))
+        allowed = 2.0 * gain * (length - length * length / layer)
+        radius = np.sqrt(np.maximum(allowed - length * length / squared, 0.0))
         linear = slope[:, None, None] * length
         multiplier = _multiplier(form[:, None, None], linear, radius)
         gap = np.maximum(multiplier - form[:, None, None], 1e-300)
-        rest = multiplier * radius**2 + _summed(linear**2 / gap)
+        rest = multiplier * radius**2 + np.sum(linear**2 / gap, axis=0)
         return np.where(radius > 0.0, own * length * length + rest, 0.0)
 
     worlds = np.arange(len(layer))
@@ -91,7 +90,7 @@ def _multiplier(form: Array, linear: Array, radius: Array) -> Array:
 
     With one direction across there is nothing to search for.
     """
-    high = form[-1] + np.sqrt(_summed(linear * linear)) / np.maximum(radius, 1e-12)
+    high = form[-1] + np.sqrt(np.sum(linear * linear, axis=0)) / np.maximum(radius, 1e-12)
     if len(form) == 1:
         return high
     low, squared = np.full_like(high, form[-1].item()), radius**2
@@ -100,10 +99,6 @@ def _multiplier(form: Array, linear: Array, radius: Array) -> Array:
         more = np.sum((linear / np.maximum(middle - form, 1e-300)) ** 2, axis=0) > squared
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return high
-
-
-def _summed(directions: Array) -> Array:
-    return directions[0] if len(directions) == 1 else np.sum(directions, axis=0)
 
 
 @lru_cache(maxsize=256)
