@@ -16,7 +16,7 @@ NAMED = 5
 """Failed runs that are named one by one; all of them stand in the manifest."""
 
 
-def report(result: Result, json_output: bool, quiet: bool, alone: bool = False) -> Exit:
+def report(result: Result, json_output: bool, quiet: bool) -> Exit:
     """Say what came of a run, and return the exit status.
 
     Parameters
@@ -24,14 +24,13 @@ def report(result: Result, json_output: bool, quiet: bool, alone: bool = False) 
     result : Result
     json_output, quiet : bool
         Whether one JSON object, or nothing, is printed instead of a table.
-    alone : bool
-        Whether it was one world alone, so that no other is left to be judged where a run of it failed.
 
     Returns
     -------
     Exit
         ``NOT_JUDGED`` where no run could be simulated, or one of a world alone could not.
     """
+    alone = is_alone(result)
     for note in result.manifest.get("robot_notes", ()):
         print(f"robot: {note}", file=sys.stderr)
     _say_ended_early(result)
@@ -48,6 +47,11 @@ def report(result: Result, json_output: bool, quiet: bool, alone: bool = False) 
     elif not quiet:
         _show(result)
     return Exit.GOOD
+
+
+def is_alone(result: Result) -> bool:
+    """Whether it was one world alone, so that no other is left to be judged where a run of it failed."""
+    return not result.varied or len(result.manifest.get("only_worlds", ())) == 1
 
 
 def _rows_of_failed(result: Result) -> bool:

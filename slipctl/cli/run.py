@@ -160,7 +160,6 @@ def execute(
         view,
         json_output,
         quiet,
-        alone=alone,
     )
 
 
@@ -185,9 +184,8 @@ def _finish(
     json_output: bool,
     quiet: bool,
     stopped: str = NOTHING,
-    alone: bool = False,
 ) -> None:
-    from slipctl.cli.outcome import report
+    from slipctl.cli.outcome import is_alone, report
     from slipctl.experiment.errors import Interrupted
     from slipctl.experiment.store import resume_command
 
@@ -201,8 +199,8 @@ def _finish(
         print(f"interrupted; {stop.done} of {stop.total} worlds are kept in {stop.folder}", file=sys.stderr)
         print(f"go on: {resume_command(stop.folder)}", file=sys.stderr)
         raise typer.Exit(Exit.INTERRUPTED) from None
-    status = report(result, json_output, quiet, alone)
-    if view and (status is Exit.GOOD or alone):
+    status = report(result, json_output, quiet)
+    if view and (status is Exit.GOOD or is_alone(result)):
         from slipctl.cli.view import show_folder
 
         show_folder(result.folder)

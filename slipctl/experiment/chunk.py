@@ -66,7 +66,12 @@ class Output:
 
 
 def simulate_chunk(
-    setup: Setup, chunk: Chunk, threads: int | None = None, progress: Progress | None = None
+    setup: Setup,
+    chunk: Chunk,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    *,
+    silent: bool = False,
 ) -> Output:
     """Simulate the worlds of a chunk under every controller.
 
@@ -78,6 +83,8 @@ def simulate_chunk(
         For MuJoCo; by default chosen from the size of a batch. Results do not depend on it.
     progress : callable, optional
         Told the number of world-ticks done.
+    silent : bool
+        Whether the traceback of a run that keeps its rows is not shown, as it was when it was first run.
 
     Raises
     ------
@@ -93,7 +100,7 @@ def simulate_chunk(
         def within(ticks: int, before: int = done) -> None:
             tell(before + ticks)
 
-        for finished in _runs(setup, indices, range(len(setup.plan.entrants)), threads, within):
+        for finished in _runs(setup, indices, range(len(setup.plan.entrants)), threads, within, silent):
             runs += finished
         done += assemble.tick_count(grid[indices[0]].scenario) * len(indices) * len(setup.plan.entrants)
     runs.sort(key=lambda run: run.index)
@@ -126,7 +133,12 @@ def output(plan: Plan, chunk: Chunk, runs: Sequence[Run]) -> Output:
 
 
 def _runs(
-    setup: Setup, indices: Sequence[int], positions: Sequence[int], threads: int | None, tell: Progress
+    setup: Setup,
+    indices: Sequence[int],
+    positions: Sequence[int],
+    threads: int | None,
+    tell: Progress,
+    silent: bool,
 ) -> Iterator[list[Run]]:
     """Yield the runs of a batch; where the simulation raises, find the runs at fault and do the others."""
     plan, left = setup.plan, list(positions)
@@ -134,7 +146,8 @@ def _runs(
     def raised(error: Exception) -> str:
         if isinstance(error, MACHINE):
             raise error
-        traceback.print_exception(error)
+        if not silent:
+            traceback.print_exception(error)
         return _reason(error)
 
     try:
@@ -166,10 +179,10 @@ def _runs(
     half = len(indices) // 2
     if half:
         for part in (indices[:half], indices[half:]):
-            yield from _runs(setup, part, left, threads, tell)
+            yield from _runs(setup, part, left, threads, tell, silent)
     elif len(left) > 1:
         for position in left:
-            yield from _runs(setup, indices, [position], threads, tell)
+            yield from _runs(setup, indices, [position], threads, tell, silent)
     else:
         yield _failures(plan, indices, reason, left)
 

@@ -144,6 +144,6 @@ def _replay(file: Any, setup: Setup, chosen: Sequence[int]) -> None:
 
     def tables() -> Iterator[pa.Table]:
         for chunk in plan.chunks():
-            yield from simulate_chunk(again, chunk).signals
+            yield from simulate_chunk(again, chunk, silent=True).signals
 
     finish.write_signals(file, plan, tables())

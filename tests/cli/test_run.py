@@ -217,6 +217,7 @@ def test_what_is_kept_and_what_failed_is_said(engine, capsys):
         Path("runs/x"),
         signals_note="signals: at most 51 rows of each run",
         failures=(failed,) * 6,
+        varied=("ground.friction",),
     )
     assert main(["sweep", "friction-sweep"]) == 0
     out, err = capsys.readouterr()

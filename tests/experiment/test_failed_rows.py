@@ -14,7 +14,7 @@ import pytest
 
 from slipctl.cli import main
 from slipctl.control.nominal_kinematic import NominalKinematic
-from slipctl.experiment import run
+from slipctl.experiment import Interrupted, run
 from slipctl.experiment.checked import OwnLawError
 from slipctl.experiment.own import KnownRobot
 from slipctl.metrics import UNITS
@@ -84,6 +84,7 @@ def test_a_law_that_raises_leaves_the_rows_before_its_tick(signals, tables, tmp_
     assert told["failures"] == [entry]
     said = capsys.readouterr().err
     assert said.startswith("Traceback")
+    assert said.count("Traceback") == 1
     assert "FloatingPointError: divide by zero" in said
     if signals == "all":
         assert same_but_for_the_guarantee(result.run_signals(6), whole.run_signals(6).slice(0, TICK))
@@ -174,6 +175,27 @@ def test_what_the_machine_lacks_in_the_middle_is_not_said_of_the_world(lacking, 
     with pytest.raises(WorkerError, match="could not be simulated on this machine"):
         run(moment(), out=tmp_path, worlds=[3], keep_failed_rows=True)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_gone_on_with_it_ends_with_3_as_well(tmp_path, capsys, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    for only in (True, False):
+        scenario = moment() if only else moment(sweep=None)
+        out = tmp_path / str(only)
+        chosen = [3] if only else None
+        with monkeypatch.context() as patch:
+            patch.setattr("slipctl.experiment.runner.conclude", stop)
+            raise_at_call(patch, NominalKinematic, "update", TICK)
+            with pytest.raises(Interrupted) as stopped:
+                run(scenario, out=out, worlds=chosen, record="none", keep_failed_rows=True)
+        capsys.readouterr()
+        assert main(["sweep", "--resume", str(stopped.value.folder), "--json"]) == 3
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert f"the rows before are in {out / 'moment'}: no recordings" in said.err
+        assert "run it alone" not in said.err
 
 
 @pytest.mark.parametrize("sweep", [False, True])
