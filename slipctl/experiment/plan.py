@@ -123,9 +123,12 @@ class Plan:
             yield Chunk(index, self.worlds[first : first + self.chunk_worlds])
 
     def steps(self, chunk: Chunk) -> int:
-        """Return the ticks of all runs of a chunk."""
-        first = chunk.index * self.chunk_worlds
-        return int(self.ticks[first : first + len(chunk.worlds)].sum()) * len(self.entrants)
+        """Return the ticks of all runs of a chunk, or of some worlds of it."""
+        whole = slice(chunk.index * self.chunk_worlds, (chunk.index + 1) * self.chunk_worlds)
+        ticks = self.ticks[whole]
+        if len(chunk.worlds) < len(ticks):
+            ticks = ticks[np.isin(self.worlds[whole], chunk.worlds)]
+        return int(ticks.sum()) * len(self.entrants)
 
     def json(self) -> dict[str, Any]:
         """Return what `read_plan` makes the same plan of, as JSON-able values."""

@@ -17,7 +17,7 @@ from slipctl.experiment.executors.order import version_problem
 from slipctl.experiment.machine import exact_versions, machine
 from slipctl.experiment.plan import read_plan
 from slipctl.experiment.retry import copied, plan_to_retry
-from slipctl.experiment.store import Store
+from slipctl.experiment.store import Store, tidy
 
 
 def taken_over(folder: Path) -> tuple[Setup, Store, Path | None]:
@@ -31,12 +31,15 @@ def taken_over(folder: Path) -> tuple[Setup, Store, Path | None]:
     Raises
     ------
     ResumeError
-        Where it is neither, is in use, or cannot be gone on with here.
+        Where it is neither, is in use, is damaged, or cannot be gone on with here.
+    OutputError
+        Where nothing can be written beside a run folder.
     StorageError
         Where there is no room for the copy.
     """
     content = plan_to_retry(folder)
     if content is not None:
+        tidy(folder)  # the process may have died between its last two steps
         setup = same_as_before(folder, content)
         return setup, copied(folder, content, setup.plan), folder
     store = Store.open(folder)

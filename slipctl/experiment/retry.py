@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import groupby, pairwise
 from operator import itemgetter
 from pathlib import Path
@@ -16,14 +17,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipctl.experiment.chunk import Output, ended_its_process
-from slipctl.experiment.errors import StorageError
-from slipctl.experiment.folder import MANIFEST, METRICS, SIGNALS
+from slipctl.experiment.errors import ResumeError, StorageError
+from slipctl.experiment.folder import MANIFEST, METRICS, SIGNALS, OutputError
 from slipctl.experiment.plan import Chunk, Plan
 from slipctl.experiment.rows import FAILURE, joined, run_table
 from slipctl.experiment.store import Store, plan_of, set_aside_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+OTHERS = "its runs are not those of the plan, in order"
+"""Said of results that belong to something else."""
 
 
 def plan_to_retry(folder: Path) -> dict[str, Any] | None:
@@ -32,7 +36,7 @@ def plan_to_retry(folder: Path) -> dict[str, Any] | None:
     Raises
     ------
     ResumeError
-        Where the plan cannot be read.
+        Where its manifest or its plan cannot be read.
     """
     return plan_of(folder) if set_aside_of(folder) else None
 
@@ -49,10 +53,22 @@ def copied(folder: Path, content: dict[str, Any], plan: Plan) -> Store:
 
     Raises
     ------
+    ResumeError
+        Where results of it are not there, or damaged.
+    OutputError
+        Where nothing can be written beside it.
     StorageError
-        Where there is no room; nothing is left then.
+        Where there is no room. Nothing is left then.
     """
-    store = Store.create(folder.resolve().parent, plan.scenario.name, content)
+    refused, beside = f"{folder} cannot be copied to be gone on with", folder.resolve().parent
+    try:
+        store = Store.create(beside, plan.scenario.name, content)
+    except OutputError as error:
+        reason = getattr(error.__cause__, "strerror", None) or error
+        raise OutputError(
+            f"{refused}: nothing can be written into {beside} ({reason}); "
+            "copy the run folder to where that is allowed, and name the copy"
+        ) from error
     try:
         rows = _rows(folder, plan)
         parts = groupby(_signals(folder, plan), key=itemgetter(0))
@@ -66,12 +82,15 @@ def copied(folder: Path, content: dict[str, Any], plan: Plan) -> Store:
             length = len(chunk.worlds) * count
             store.keep(Output(chunk, rows.slice(first, length), tuple(kept)))
             first += length
+        if index is not None:
+            raise ResumeError(f"{folder / SIGNALS} cannot be read: {OTHERS}")
     except StorageError as error:
         store.discard()
         reason = str(error).splitlines()[0].split(";")[0]
-        raise StorageError(
-            f"{folder} cannot be copied to be gone on with: {reason}; it is as it was"
-        ) from error
+        raise StorageError(f"{refused}: {reason}; it is as it was") from error
+    except ResumeError as error:
+        store.discard()
+        raise ResumeError(f"{refused}: {error}") from error
     except BaseException:
         store.discard()
         raise
@@ -125,14 +144,32 @@ def _runs(table: pa.Table) -> Iterator[tuple[int, pa.Table]]:
         yield int(runs[first]), table.slice(first, end - first)
 
 
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Say of what is raised that a file of the results is not as it was."""
+    import pyarrow as pa
+
+    try:
+        yield
+    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException) as error:
+        what = error if path.is_file() else "there is none"
+        raise ResumeError(f"{path} cannot be read: {what}") from error
+
+
 def _rows(folder: Path, plan: Plan) -> pa.Table:
     """Return the rows of metrics of a run folder as they are kept with chunks."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    said = {(entry["world"], entry["controller"]): entry["failure"] for entry in manifest["failures"]}
-    table = pq.read_table(folder / METRICS)
+    with _reading(folder / MANIFEST):
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        said = {(entry["world"], entry["controller"]): entry["failure"] for entry in manifest["failures"]}
+    count = len(plan.entrants)
+    numbers = (np.asarray(plan.worlds)[:, None] * count + np.arange(count)).ravel()
+    with _reading(folder / METRICS):
+        table = pq.read_table(folder / METRICS)
+        if not np.array_equal(table["run"].to_numpy(), numbers):
+            raise ValueError(OTHERS)
     runs = zip(table["world"].to_pylist(), table["controller"].to_pylist(), strict=True)
     schema = run_table([], plan.grid).schema
     failures = pa.array([said.get(run) for run in runs], pa.string())
@@ -146,7 +183,7 @@ def _signals(folder: Path, plan: Plan) -> Iterator[tuple[int, pa.Table]]:
     if plan.signals == "none":
         return
     worlds, count = np.asarray(plan.worlds), len(plan.entrants)
-    with pq.ParquetFile(folder / SIGNALS) as file:
+    with _reading(folder / SIGNALS), pq.ParquetFile(folder / SIGNALS) as file:
         for group in range(file.num_row_groups):
             table = file.read_row_group(group)
             places = np.searchsorted(worlds, table["run"].to_numpy() // count)

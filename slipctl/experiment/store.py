@@ -9,6 +9,7 @@ stays where worlds were set aside, so that they can be tried once more.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -96,7 +97,7 @@ class Store(ChunkFiles):
         if folder.name in ("", ".."):  # "." has no name, and nothing beside it to become the run folder
             folder = folder.resolve()
         if _is_finished(folder):
-            _tidy(folder)  # the process may have died between its last two steps
+            tidy(folder)  # the process may have died between its last two steps
             raise ResumeError(f"{folder} is finished: there is nothing to go on with")
         if not (folder / PLAN).is_file():
             raise ResumeError(f"{folder} is no unfinished sweep: it has no {PLAN}{_there_are(folder)}")
@@ -133,9 +134,8 @@ class Store(ChunkFiles):
             self._lock.release()
         self.published = publish(self.folder, out, name)
         durable.sync_folder(out)
-        _tidy(self.published)
+        tidy(self.published)
         self._lock.release()
-        (self.published / LOCK).unlink(missing_ok=True)
         return self.published
 
     def close(self) -> None:
@@ -188,25 +188,40 @@ def plan_of(folder: Path) -> dict[str, Any]:
 
 
 def set_aside_of(folder: Path) -> list[int]:
-    """Return the worlds of a finished run folder that were set aside and can be tried once more."""
+    """Return the worlds of a finished run folder that were set aside and can be tried once more.
+
+    Raises
+    ------
+    ResumeError
+        Where its manifest cannot be read.
+    """
     if not (_is_finished(folder) and (folder / PLAN).is_file()):
         return []
+    path = folder / MANIFEST
     try:
-        failures = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["failures"]
+        failures = json.loads(path.read_text(encoding="utf-8"))["failures"]
         return sorted({entry["world"] for entry in failures if ended_its_process(entry["failure"])})
-    except (ValueError, KeyError, TypeError):
-        return []
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ResumeError(f"{path} cannot be read: {error!r}") from error
 
 
 def _is_finished(folder: Path) -> bool:
     return (folder / MANIFEST).is_file() and UNFINISHED not in folder.resolve().name
 
 
-def _tidy(finished: Path) -> None:
-    """Remove from a run folder what was needed to go on only."""
+def tidy(finished: Path) -> None:
+    """Remove from a run folder what was needed to go on only.
+
+    Raises
+    ------
+    ResumeError
+        Where its manifest cannot be read; nothing is removed then.
+    """
     if not set_aside_of(finished):
         (finished / PLAN).unlink(missing_ok=True)
     shutil.rmtree(finished / CHUNKS, ignore_errors=True)
+    with contextlib.suppress(OSError):
+        (finished / LOCK).unlink()
 
 
 def _new_folder(out: Path, name: str) -> Path:

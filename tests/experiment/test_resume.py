@@ -429,7 +429,7 @@ def test_what_stops_it_after_the_last_step_says_all_is_there(error, tmp_path, wh
     def stopped(folder):
         raise error
 
-    monkeypatch.setattr("slipctl.experiment.store._tidy", stopped)
+    monkeypatch.setattr("slipctl.experiment.store.tidy", stopped)
     arguments = ["run", str(write(tmp_path, moment())), "--out", str(tmp_path), "--record", "none", "--quiet"]
     assert main(arguments) == (130 if isinstance(error, KeyboardInterrupt) else 3)
     said = capsys.readouterr().err

@@ -18,7 +18,7 @@ from slipctl.experiment.errors import ResumeError, StillDeadly, StorageError
 from slipctl.experiment.executors import Finished, sparing
 from slipctl.experiment.executors.in_process import InProcess
 from slipctl.experiment.executors.local_workers import LocalWorkers
-from slipctl.experiment.plan import Chunk
+from slipctl.experiment.plan import Chunk, make_plan
 from tests import deadly
 from tests.sweeps import WORLDS, moment, parquet_bytes, swept
 
@@ -113,6 +113,79 @@ def test_a_retry_that_fails_changes_nothing(tmp_path, ill, capsys):
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == f"worlds that had ended their worker processes ended them again; {left} is as it was\n"
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def without_its_last_run(path: Path) -> None:
+    table = pq.read_table(path)
+    pq.write_table(table.slice(0, table.num_rows - 1), path)
+
+
+def backwards(path: Path) -> None:
+    table = pq.read_table(path)
+    pq.write_table(table.take(list(reversed(range(table.num_rows)))), path)
+
+
+@pytest.mark.parametrize(
+    ("name", "damage"),
+    [
+        ("metrics.parquet", Path.unlink),
+        ("metrics.parquet", cut),
+        ("metrics.parquet", without_its_last_run),
+        ("metrics.parquet", backwards),
+        ("signals.parquet", Path.unlink),
+        ("signals.parquet", cut),
+        ("signals.parquet", backwards),
+        ("manifest.json", cut),
+    ],
+)
+def test_damaged_results_are_not_copied(name, damage, tmp_path, ill, capsys):
+    left = set_aside(tmp_path / "runs")
+    damage(left / name)
+    before = content(left)
+    assert main(["sweep", "--resume", str(left)]) == 2
+    said = capsys.readouterr().err
+    assert f"{left / name} cannot be read: " in said
+    assert "Traceback" not in said
+    assert names(tmp_path / "runs") == ["moment"]
+    assert content(left) == before
+
+
+def test_where_nothing_can_be_written_beside_it_that_is_said(tmp_path, ill, capsys, monkeypatch):
+    left = set_aside(tmp_path / "runs")
+
+    def forbidden(*_):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr("slipctl.experiment.store._new_folder", forbidden)
+    assert main(["sweep", "--resume", str(left)]) == 2
+    assert capsys.readouterr().err == (
+        f"{left} cannot be copied to be gone on with: nothing can be written into {left.parent} "
+        f"({os.strerror(errno.EACCES)}); copy the run folder to where that is allowed, and name the copy\n"
+    )
+
+
+def test_what_a_killed_process_left_in_the_run_folder_is_removed(tmp_path, ill, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("slipctl.experiment.store.tidy", lambda folder: None)  # killed before
+        left = set_aside(tmp_path / "runs")
+    assert "chunks" in names(left)
+    with pytest.raises(StillDeadly):
+        resume(left)
+    assert names(left) == ["manifest.json", "metrics.parquet", "plan.json", "signals.parquet"]
+
+
+def test_the_steps_of_a_piece_are_those_of_its_worlds():
+    scenario = moment(sweep={"duration": [0.2, 0.3, 0.5, 0.7]})
+    kept = {"record": "none", "signals": "none", "keep_going": True, "workers": 1}
+    plan = make_plan(scenario, {}, worlds=None, **kept)
+    assert [plan.steps(chunk) for chunk in plan.chunks()] == [2 * 100, 2 * 70]
+    assert [plan.steps(Chunk(0, [world])) for world in range(3)] == [2 * 20, 2 * 30, 2 * 50]
+    plan = make_plan(scenario, {}, worlds=[1, 2, 3], **kept)
+    assert plan.steps(Chunk(0, [1, 3])) == 2 * 100
 
 
 @pytest.mark.parametrize("well", [True, False])
@@ -253,7 +326,13 @@ def test_the_command_says_how_to_try_again_and_does_it_in_a_worker(tmp_path, ill
 
     manifest = json.loads((left / "manifest.json").read_text(encoding="utf-8"))
     result = Result(
-        left, pq.read_table(left / "metrics.parquet"), manifest, (), "", "", tuple(manifest["failures"])
+        left,
+        pq.read_table(left / "metrics.parquet"),
+        manifest,
+        ("slip.longitudinal", "seed"),
+        "",
+        "",
+        tuple(manifest["failures"]),
     )
     assert report(result, json_output=False, quiet=True) == 0
     assert capsys.readouterr().err.splitlines()[-1] == (
