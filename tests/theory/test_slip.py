@@ -17,9 +17,9 @@ from slipctl.theory.slip import (
     SinusoidalSlip,
     measure_slip,
     slip_ratio,
-    slip_terms,
     slipping_velocity,
 )
+from slipctl.theory.slip_terms import slip_terms
 from slipctl.tick import Array, Motion, Slip
 
 COMPONENTS = ("longitudinal", "lateral", "yaw")
