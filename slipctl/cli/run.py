@@ -12,7 +12,7 @@ import typer
 from slipctl.cli.certify import RequireCertified, require
 from slipctl.cli.exits import BadInput, Exit
 from slipctl.cli.options import Json, Out, Quiet, Record, Signals, Source, Threads, View, Workers, World
-from slipctl.cli.progress import interruptible, progress_bar
+from slipctl.cli.progress import Progress, interruptible, progress_bar
 
 if TYPE_CHECKING:
     from slipctl.experiment import Result
@@ -37,7 +37,8 @@ def run(
     require_certified: RequireCertified = False,
 ) -> None:
     """Run a scenario, the whole grid where it has one, and show its controllers side by side."""
-    scenario = _load(source, world)
+    with progress_bar(quiet) as judging:
+        scenario = _load(source, world, judging)
     if require_certified:
         require([scenario])
     execute(
@@ -110,7 +111,8 @@ def sweep(
         raise BadInput("FILE|NAME is missing: name a scenario, or what to go on with by --resume DIR")
     from slipctl.scenario import sweep_over
 
-    scenario = sweep_over(_load(source, world), over or [])
+    with progress_bar(quiet) as judging:
+        scenario = sweep_over(_load(source, world, judging), over or [], judging)
     execute(
         scenario,
         out,
@@ -208,7 +210,7 @@ def _finish(
         raise typer.Exit(status)
 
 
-def _load(source: str, world: int | None) -> Scenario:
+def _load(source: str, world: int | None, judging: Progress | None) -> Scenario:
     """Load a scenario; that of a run folder where one world of it is run again."""
     from slipctl.scenario import ScenarioError, load
 
@@ -217,7 +219,7 @@ def _load(source: str, world: int | None) -> Scenario:
 
         return scenario_of(Path(source))
     try:
-        return load(source)
+        return load(source, judging)
     except ScenarioError as error:
         if not (Path(source) / "manifest.json").is_file():
             raise

@@ -1,7 +1,8 @@
 """Finding, reading and refusing scenario files."""
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +21,21 @@ from slipctl.scenario.problems import Problem, ScenarioError, nearest
 _PROBLEM_LIMIT = 50
 """Problems listed of one grid; more are the same again and again."""
 
+TOLD = 256
+"""Worlds of a grid that are judged between two reports of it."""
 
-def load(source: str | Path) -> Scenario:
+Progress = Callable[[int, int, str], None]
+
+
+def load(source: str | Path, progress: Progress | None = None) -> Scenario:
     """Load a scenario by the name of a shipped one or by its path.
 
     Parameters
     ----------
     source
         A shipped scenario's name, such as "friction-sweep", or the path of a TOML file.
+    progress
+        As for `read`.
 
     Raises
     ------
@@ -36,11 +44,15 @@ def load(source: str | Path) -> Scenario:
     """
     path = _find(source)
     raw = _parse(path)
-    return read(raw, str(path), path.stem, path.parent)
+    return read(raw, str(path), path.stem, path.parent, progress)
 
 
 def read(
-    raw: Mapping[str, Any], source: str = "scenario", name: str = "scenario", folder: str | Path = "."
+    raw: Mapping[str, Any],
+    source: str = "scenario",
+    name: str = "scenario",
+    folder: str | Path = ".",
+    progress: Progress | None = None,
 ) -> Scenario:
     """Read a scenario from its tables, as TOML gives them.
 
@@ -54,6 +66,8 @@ def read(
         Name of the scenario where the tables give none.
     folder
         Where the files that the tables name are, unless by an absolute path.
+    progress
+        Called with worlds judged, worlds to judge and a text, where there is a grid: a large one takes long.
 
     Raises
     ------
@@ -65,7 +79,7 @@ def read(
     scenario, base = _validate(tables)
     problems = [*base, *problems, *axis_problems(axes, raw)]
     if not problems:
-        problems = _grid_problems(tables, axes)
+        problems = _grid_problems(tables, axes, progress)
     if problems or scenario is None:
         raise ScenarioError(source, problems)
     return scenario
@@ -90,9 +104,15 @@ def _validate(tables: Mapping[str, Any], judge_rules: bool = True) -> tuple[Scen
     return scenario, rules
 
 
-def _grid_problems(tables: Mapping[str, Any], axes: Sequence[Axis]) -> list[Problem]:
+def _grid_problems(
+    tables: Mapping[str, Any], axes: Sequence[Axis], progress: Progress | None
+) -> list[Problem]:
     problems: dict[Problem, None] = {}
-    for values, rules in _judged(axes):
+    others, seeds = ([axis for axis in axes if (axis.key == "seed") == is_seed] for is_seed in (False, True))
+    total = (prod(map(len, others)) if others else 0) + sum(map(len, seeds))
+    for done, (values, rules) in enumerate(_judged(others, seeds)):
+        if progress is not None and done % TOLD == 0:
+            progress(done, total, "judging the grid")
         _, wrong = _validate(with_values(tables, values), rules)
         problems.update((Place(values).blame(problem), None) for problem in wrong)
         if len(problems) > _PROBLEM_LIMIT:
@@ -100,12 +120,11 @@ def _grid_problems(tables: Mapping[str, Any], axes: Sequence[Axis]) -> list[Prob
     return list(problems)
 
 
-def _judged(axes: Sequence[Axis]) -> Iterator[tuple[dict[str, float | int], bool]]:
+def _judged(others: Sequence[Axis], seeds: Sequence[Axis]) -> Iterator[tuple[dict[str, float | int], bool]]:
     """Yield the worlds to be looked at, and whether the rules between keys are to be judged.
 
     No rule looks at the seed: it is judged once per value and not in every combination with the others.
     """
-    others, seeds = ([axis for axis in axes if (axis.key == "seed") == is_seed] for is_seed in (False, True))
     if others:
         yield from ((values, True) for values in variations(others))
     yield from ((values, False) for seed in seeds for values in variations([seed]))

@@ -3,14 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from slipctl.scenario.loading import read, sweep_table, tables_of
+from slipctl.scenario.loading import Progress, read, sweep_table, tables_of
 from slipctl.scenario.model import Scenario
 from slipctl.scenario.problems import Problem, ScenarioError, quote
 
 _FORMS = "0.1,0.2,0.4 or FROM:TO:COUNT or FROM:TO:COUNT:log"
 
 
-def override(scenario: Scenario, over: Mapping[str, str | Sequence[float]]) -> Scenario:
+def override(
+    scenario: Scenario, over: Mapping[str, str | Sequence[float]], progress: Progress | None = None
+) -> Scenario:
     """Add or replace swept keys, as by `--over KEY=VALUES`.
 
     Parameters
@@ -21,6 +23,8 @@ def override(scenario: Scenario, over: Mapping[str, str | Sequence[float]]) -> S
     over
         Values by dotted key: "0.1,0.2" lists them, "0.05:0.8:10" spaces 10 evenly, "0.01:1:10:log" evenly
         in the logarithm; a sequence of numbers lists them too.
+    progress
+        As for `read`.
 
     Raises
     ------
@@ -32,11 +36,14 @@ def override(scenario: Scenario, over: Mapping[str, str | Sequence[float]]) -> S
     if problems:
         raise ScenarioError("--over", problems)
     sweep = {**sweep_table(scenario.sweep), **given}
-    return read({**tables_of(scenario), "sweep": sweep}, f"{scenario.name} with --over", scenario.name)
+    tables = {**tables_of(scenario), "sweep": sweep}
+    if not given:  # every world was judged when it was read
+        return Scenario.model_validate({"name": scenario.name, **tables})
+    return read(tables, f"{scenario.name} with --over", scenario.name, progress=progress)
 
 
-def sweep_over(scenario: Scenario, over: Sequence[str]) -> Scenario:
-    """Add or replace swept keys given as texts "KEY=VALUES", as on the command line.
+def sweep_over(scenario: Scenario, over: Sequence[str], progress: Progress | None = None) -> Scenario:
+    """Add or replace swept keys given as texts "KEY=VALUES", as on the command line; see `override`.
 
     Raises
     ------
@@ -54,7 +61,7 @@ def sweep_over(scenario: Scenario, over: Sequence[str]) -> Scenario:
         given[key] = values
     if problems:
         raise ScenarioError("--over", problems)
-    return override(scenario, given)
+    return override(scenario, given, progress)
 
 
 def _values(key: str, text: str | Sequence[float], problems: list[Problem]) -> Any:

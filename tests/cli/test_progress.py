@@ -1,5 +1,6 @@
 """The progress bar: there for a person who looks, not for a log."""
 
+from slipctl.cli import main
 from slipctl.cli.progress import progress_bar
 
 
@@ -28,3 +29,18 @@ def test_a_log_gets_none(monkeypatch, capsys):
     with progress_bar(quiet=False) as progress:
         assert progress is None
     assert capsys.readouterr() == ("", "")
+
+
+def test_it_is_there_while_a_grid_is_judged(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt  # what comes after it does not matter here
+
+    monkeypatch.setattr("slipctl.experiment.run", stop)
+    order = ["sweep", "paper-kinematic", "--over", "slip.yaw=0.1,0.2", "--out", str(tmp_path)]
+    assert main(order) == 130
+    assert "judging the grid" in capsys.readouterr().err
+    assert main([*order, "--quiet"]) == 130
+    assert "judging the grid" not in capsys.readouterr().err

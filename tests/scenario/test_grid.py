@@ -261,6 +261,29 @@ def test_override_keeps_everything_else():
     assert sweep_over(scenario, ["seed=1,2"]) == override(scenario, {"seed": "1,2"})
 
 
+def test_it_is_told_how_far_a_large_grid_is_judged():
+    told = []
+    grid = {"ground.friction": {"from": 0.1, "to": 1.0, "count": 600}, "seed": [1, 2, 3]}
+    read(swept(grid), progress=lambda *how_far: told.append(how_far))
+    # seeds are judged alone
+    assert told == [(done, 603, "judging the grid") for done in (0, 256, 512)]
+    told.clear()
+    read(swept({"seed": [1, 2, 3]}), progress=lambda *how_far: told.append(how_far))
+    assert told == [(0, 3, "judging the grid")]
+    told.clear()
+    scenario = read(PAPER, progress=lambda *how_far: told.append(how_far))
+    assert told == []
+    sweep_over(scenario, ["seed=1,2"], lambda *how_far: told.append(how_far))
+    assert told == [(0, 2, "judging the grid")]
+
+
+def test_what_was_judged_is_not_judged_again():
+    told = []
+    scenario = read(EIGHT)
+    assert sweep_over(scenario, [], lambda *how_far: told.append(how_far)) == scenario
+    assert told == []
+
+
 @pytest.mark.parametrize("text", ["", "a", "0.1,", "0.1:0.2", "0.1:0.2:x", "0.1:0.2:3:log:4", "0.1;0.2"])
 def test_override_refuses_other_texts(text):
     with pytest.raises(ScenarioError, match=r"--over: ground.friction: found .* FROM:TO:COUNT"):
