@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 RUNS = Path("runs")
 
+NOTHING_BEGUN = "interrupted; nothing was begun"
+
 NOTHING = "interrupted before any run was finished; nothing was written"
 
 
@@ -37,7 +39,7 @@ def run(
     require_certified: RequireCertified = False,
 ) -> None:
     """Run a scenario, the whole grid where it has one, and show its controllers side by side."""
-    with progress_bar(quiet) as judging:
+    with interruptible(NOTHING_BEGUN), progress_bar(quiet) as judging:
         scenario = _load(source, world, judging)
     if require_certified:
         require([scenario])
@@ -111,7 +113,7 @@ def sweep(
         raise BadInput("FILE|NAME is missing: name a scenario, or what to go on with by --resume DIR")
     from slipctl.scenario import sweep_over
 
-    with progress_bar(quiet) as judging:
+    with interruptible(NOTHING_BEGUN), progress_bar(quiet) as judging:
         scenario = sweep_over(_load(source, world, judging), over or [], judging)
     execute(
         scenario,

@@ -1,5 +1,7 @@
 """The progress bar: there for a person who looks, not for a log."""
 
+import pytest
+
 from slipctl.cli import main
 from slipctl.cli.progress import progress_bar
 
@@ -44,3 +46,13 @@ def test_it_is_there_while_a_grid_is_judged(monkeypatch, capsys, tmp_path):
     assert "judging the grid" in capsys.readouterr().err
     assert main([*order, "--quiet"]) == 130
     assert "judging the grid" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_ctrl_c_while_a_grid_is_judged_is_said(command, monkeypatch, capsys):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slipctl.scenario.loading.axis_problems", stop)
+    assert main([command, "friction-sweep"]) == 130
+    assert capsys.readouterr() == ("", "interrupted; nothing was begun\n")
