@@ -16,9 +16,10 @@ import numpy as np
 from slipctl.certify.rest import Rest
 from slipctl.certify.rig import Rig
 from slipctl.plants.errors import ModelError
-from slipctl.plants.model import WHEELS, compile_model
+from slipctl.plants.model import compile_model
 from slipctl.plants.own import OwnModel
 from slipctl.theory.robot import GRAVITY, WheelGeometry
+from slipctl.tick import WHEELS
 
 ROUGH = 1.0
 """Friction on which nothing here slides [1]; no more, since a pyramidal cone softens the contact with it."""

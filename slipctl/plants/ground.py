@@ -10,12 +10,11 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from slipctl.plants.model import WHEELS
 from slipctl.plants.patches import Change, Patch, changed, patched
 from slipctl.plants.standstill import Tyre
 from slipctl.plants.terrain import Terrain
 from slipctl.theory.robot import GRAVITY
-from slipctl.tick import Array, Slip
+from slipctl.tick import WHEELS, Array, Slip
 
 LEAST_CREEP_SPEED = 0.05
 """Wheel speed below which creep grows no stiffer, so that it stays finite at standstill [m/s] (assumed)."""

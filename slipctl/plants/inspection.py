@@ -14,12 +14,13 @@ import mujoco
 import numpy as np
 
 from slipctl.plants.errors import ModelError, UnusableModel
-from slipctl.plants.model import WHEELS, adopted, compile_model, find_model, model_id
+from slipctl.plants.model import adopted, compile_model, find_model, model_id
 from slipctl.plants.own import OwnModel
 from slipctl.plants.own.contacts import floor_forces
 from slipctl.plants.own.reading import quiet
 from slipctl.plants.standstill import Standstill, inertia, settle
 from slipctl.theory.robot import GRAVITY, WheelGeometry
+from slipctl.tick import WHEELS
 
 LEAST_YAW = 0.97
 """Share of the yaw of the wheels that a good differential drive realises at least [1]."""

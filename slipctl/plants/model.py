@@ -18,9 +18,9 @@ from slipctl import shipped
 from slipctl.plants.errors import ModelError
 from slipctl.plants.own import Adopted, OwnModel, adopt
 from slipctl.plants.own.reading import quiet
+from slipctl.plants.relief import give_planes
 from slipctl.shape import Shape
-
-WHEELS = ("left", "right")
+from slipctl.tick import WHEELS
 
 _GEOM_KINDS = {
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",
@@ -214,8 +214,6 @@ def compile_model(
         if most is not None:
             actuator.forcerange = [-most, most]
     if uneven_floor:
-        from slipctl.plants.relief import give_planes
-
         give_planes(spec)
     if moving_floor:
         spec.geom("floor").surfacevel = [1e-12, 0.0, 0.0, 0.0, 0.0, 0.0]

@@ -13,10 +13,9 @@ import numpy as np
 from mujoco.batch import Batch
 
 from slipctl.plants.errors import ModelError
-from slipctl.plants.model import WHEELS
 from slipctl.plants.rows import Columns
 from slipctl.plants.terrain import MOST_CURVED, Terrain, levelled, upright_to
-from slipctl.tick import Array
+from slipctl.tick import WHEELS, Array
 
 FLOOR = "floor"
 

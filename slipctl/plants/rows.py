@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.pairs import pair
-from slipctl.plants.model import WHEELS
 from slipctl.theory.robot import WheelGeometry
-from slipctl.tick import Array, BodyPose, Motion, WheelContact
+from slipctl.tick import WHEELS, Array, BodyPose, Motion, WheelContact
 
 SLIDING_SHARE = 0.98
 """Share of μN from which a wheel counts as sliding (assumed); MuJoCo does not tell stick from slide."""

@@ -11,10 +11,9 @@ import mujoco
 import numpy as np
 
 from slipctl.plants.errors import ModelError
-from slipctl.plants.model import WHEELS
 from slipctl.theory.dynamic import Inertia
 from slipctl.theory.robot import WheelGeometry
-from slipctl.tick import Array
+from slipctl.tick import WHEELS, Array
 
 
 @dataclass(frozen=True)

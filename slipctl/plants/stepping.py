@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from slipctl.plants.film import LARGEST_SHARE, LEAST_FRICTION, contact_slip, film_force
 from slipctl.plants.ground import Ground, rub, soften, viscosity
-from slipctl.plants.model import WHEELS, ModelError
+from slipctl.plants.model import ModelError
 from slipctl.plants.patches import contact_points
 from slipctl.plants.pushes import Push, lever, mean_force
 from slipctl.plants.relief import Relief
 from slipctl.plants.rows import Columns, MujocoState
 from slipctl.plants.standstill import Standstill, inertia
 from slipctl.theory.robot import WheelGeometry
-from slipctl.tick import Array, Motion
+from slipctl.tick import WHEELS, Array, Motion
 
 Flags = NDArray[np.bool_]
 

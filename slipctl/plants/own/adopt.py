@@ -12,13 +12,13 @@ import numpy as np
 
 from slipctl.plants.errors import UnusableModel
 from slipctl.plants.own.choice import OwnModel
-from slipctl.plants.own.contacts import WHEELS, Support, Touch, carried, mean_forces, supports, touching
+from slipctl.plants.own.contacts import Support, Touch, carried, mean_forces, supports, touching
 from slipctl.plants.own.reading import compiled, quiet, read_spec
 from slipctl.plants.own.surgery import add_drive, graft, held_joints, lay_floor, start_spec
 from slipctl.plants.own.tyres import keep_tyres, put_tyres
 from slipctl.plants.own.wheels import Axles, find_axles
 from slipctl.theory.robot import GRAVITY
-from slipctl.tick import Array
+from slipctl.tick import WHEELS, Array
 
 SERVO_TIME = 0.00291
 """Time in which a servo takes up what its wheel feels of the robot, driving or turning, whichever is less:

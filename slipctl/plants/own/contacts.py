@@ -13,9 +13,7 @@ import numpy as np
 
 from slipctl.plants.errors import UnusableModel
 from slipctl.plants.own.reading import quiet
-from slipctl.tick import Array
-
-WHEELS = ("left", "right")
+from slipctl.tick import WHEELS, Array
 
 DEPTH = 1e-6
 """How deep a wheel is pressed into the floor to see where it touches [m]."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from slipctl.plants.own.contacts import WHEELS
 from slipctl.plants.own.wheels import Axles, driven_joints
 from slipctl.theory.robot import GRAVITY
+from slipctl.tick import WHEELS
 
 PREFIX = "own/"
 """Before every name of the file, so that none meets one of slipctl's."""

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from slipctl.plants.errors import UnusableModel
-from slipctl.plants.own.contacts import SAG, WHEELS, Support, Touch, calibrated, carried
-from slipctl.tick import Array
+from slipctl.plants.own.contacts import SAG, Support, Touch, calibrated, carried
+from slipctl.tick import WHEELS, Array
 
 LEAST_LOAD = 0.05
 """A caster's contact is made for at least this share of what a wheel carries [1]."""
