@@ -152,7 +152,8 @@ def resume(
     """Go on with an unfinished experiment, and finish it as if it had never stopped.
 
     Worlds that were set aside, as they had ended the processes that simulated them, are tried once more: in
-    a process beside this one, also where `workers` is 1. What a run raised itself stands.
+    a process beside this one, also where `workers` is 1, so that a script guards its body as for `run`. What
+    a run raised itself stands.
 
     Parameters
     ----------
