@@ -644,7 +644,8 @@ def test_killed_at_random_moments_and_gone_on_with(workers, tmp_path, monkeypatc
         assert parquet_bytes(out / "moment") == whole
         if names(out / "moment") != RESULTS:  # killed between its last two steps
             again = sweep("--resume", str(out / "moment"))
-            assert again.wait() == 2
+            again.communicate()
+            assert again.returncode == 2
         assert names(out / "moment") == RESULTS
     assert killed or KILLS < 5, "every kill came too late to test anything"
 
