@@ -37,7 +37,7 @@ def judged(
     distance = np.sqrt(squares[:, 0] + squares[:, 1])
     # one sum tells that all is well with every world; where it is not, each is looked at
     well = distance <= arena
-    well &= np.isfinite(rest + distance)
+    well &= np.isfinite(rest)
     if np.count_nonzero(well) == len(well) and not np.count_nonzero(status):
         return status, None
     running = status == int(Status.RUNNING)

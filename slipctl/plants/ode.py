@@ -62,8 +62,10 @@ class OdeState:
 class KinematicOde:
     """Equation (29): ẋ, ẏ, θ̇ with slip, v̇ = ū₁, both inputs held over a tick.
 
-    The wheels do exactly what they are told, so v is the wheel-derived speed. One classical Runge–Kutta step
-    per tick: its error at 100 Hz is far below the 1e-6 that a test holds against Radau.
+    The wheels do exactly what they are told, so v is the wheel-derived speed. Neither position nor heading
+    feeds back on speed and slip, so a tick is two quadratures: Simpson's rule for the heading and, with the
+    heading in the middle from the same parabola, for the position. Of fourth order like a Runge–Kutta step,
+    for half the work; its error at 100 Hz is far below the 1e-6 that a test holds against Radau.
 
     Attributes
     ----------
@@ -130,51 +132,43 @@ class KinematicOde:
         A world that ended stays where it is; one that diverged keeps its last finite state.
         """
         # ū₁ where the wheels are as fast as the law believes; they are not in the first tick from rest
-        rate = (command.forward_speed - state.forward_speed) / tick
-        turn, half = command.yaw_rate, tick / 2.0
-        time = state.time + tick
+        gained = command.forward_speed - state.forward_speed
+        turn, time = command.yaw_rate, state.time + tick
         with np.errstate(over="ignore", invalid="ignore"):
-            # Neither position nor heading feeds back on speed and slip, so all of them are known beforehand.
-            # Rows 0 and 1 are the second and third stage, both in the middle, row 2 is the fourth and row 3
-            # the new state, whose speed is not v + ū₁·tick: the law remembers what it commanded, to the last
-            # bit. Numpy takes hardly longer for four rows than for one, but long for rows of two lengths.
-            speed = np.empty((4, len(turn)))
-            speed[0] = speed[1] = state.forward_speed + rate * half
-            np.add(state.forward_speed, rate * tick, out=speed[2])
-            speed[3] = command.forward_speed
-            middle, end = self.slip_law.affine(state.time + half), self.slip_law.affine(time)
-            slip = Affine.together((middle, middle, end, end)).at(speed)
+            # Row 0 is the middle of the tick, row 1 its end: numpy takes hardly longer for two than for one.
+            # The last speed is not v + ū₁·tick: the law remembers what it commanded, to the last bit.
+            speed = np.empty((2, len(turn)))
+            np.add(state.forward_speed, gained * 0.5, out=speed[0])
+            speed[1] = command.forward_speed
+            laws = self.slip_law.affine(state.time + tick / 2.0), self.slip_law.affine(time)
+            slip = Affine.together(laws).at(speed)
+            rates = turn + state.yaw_slip, *(turn + slip.yaw)
             heading = np.empty(speed.shape)
-            h1, h2, h4 = turn + state.yaw_slip, turn + slip.yaw[0], turn + slip.yaw[2]
-            np.multiply(h1, half, out=heading[0])
-            np.multiply(h2, half, out=heading[1])
-            np.multiply(h2, tick, out=heading[2])
-            h2 *= 2.0
-            np.multiply(_simpson(h1, h2, h2, h4), tick / 6.0, out=heading[3])
+            np.multiply(_first_half(*rates), tick / 24.0, out=heading[0])
+            np.multiply(_simpson(*rates), tick / 6.0, out=heading[1])
             heading += state.heading
             cosine, sine = np.cos(heading), np.sin(heading)
-            x, y = slipping_velocity(speed, slip, cosine, sine)
-            velocity = pair(x[3], y[3])
-            twice_x, twice_y = 2.0 * x[:2], 2.0 * y[:2]
-            moved = pair(
-                _simpson(state.velocity[:, 0], twice_x[0], twice_x[1], x[2]),
-                _simpson(state.velocity[:, 1], twice_y[0], twice_y[1], y[2]),
-            )
+            velocity = np.array(slipping_velocity(speed, slip, cosine, sine))
+            moved = _simpson(state.velocity, velocity[:, 0].T, velocity[:, 1].T)
             moved *= tick / 6.0
             moved += state.position
+            wheel_rate = self.geometry.wheel_rates(command.forward_speed, turn)
+            # both wheels gain the same over the tick
+            turned = wheel_rate - (gained * (0.5 / self.geometry.wheel_radius))[:, None]
+            turned *= tick
+            turned += state.wheel_angle
             new = OdeState(
                 time=time,
                 position=moved,
-                heading=heading[3],
-                heading_vector=pair(cosine[3], sine[3]),
+                heading=heading[1],
+                heading_vector=pair(cosine[1], sine[1]),
                 forward_speed=command.forward_speed,
                 yaw_rate=turn,
-                wheel_angle=state.wheel_angle
-                + self.geometry.wheel_rates((state.forward_speed + command.forward_speed) / 2.0, turn) * tick,
+                wheel_angle=turned,
                 status=state.status,
-                velocity=velocity,
-                yaw_slip=slip.yaw[3],
-                wheel_rate=self.geometry.wheel_rates(command.forward_speed, turn),
+                velocity=velocity[:, 1].T,
+                yaw_slip=slip.yaw[1],
+                wheel_rate=wheel_rate,
             )
             status, moves = judged(state.status, moved, new.heading + new.forward_speed, self.arena)
         if moves is None:
@@ -204,8 +198,17 @@ INTEGRATED = (
 """Fields of a state from which the others follow."""
 
 
-def _simpson(k1: Array, twice_k2: Array, twice_k3: Array, k4: Array) -> Array:
-    total = k1 + twice_k2
-    total += twice_k3
-    total += k4
+def _simpson(begin: Array, middle: Array, end: Array) -> Array:
+    """Return six times the mean of a parabola through three values."""
+    total = 4.0 * middle
+    total += begin
+    total += end
+    return total
+
+
+def _first_half(begin: Array, middle: Array, end: Array) -> Array:
+    """Return 24 times what the first half of the same parabola adds to that mean."""
+    total = 8.0 * middle
+    total += 5.0 * begin
+    total -= end
     return total

@@ -111,10 +111,19 @@ def paper_bound(slip_bound: Array, forward_speed: Array, nominal: Array, nominal
     slip_bound, forward_speed, nominal, nominal_forward : (N,) arrays
         α [1], v [m/s], ‖v̂‖ and t·v̂ [m/s²].
     """
+    a = np.asarray(slip_bound, dtype=np.float64)
+    twice_a, less_twice_a, more_a = _of_paper_bound(a.tobytes(), a.shape)
     speed = np.abs(forward_speed)
     turn = speed * (slip_bound * speed)
-    rest = slip_bound * turn + 2.0 * slip_bound * np.abs(nominal_forward) + (1.0 + slip_bound) * turn
-    return (2.0 * slip_bound * nominal + rest) / (1.0 - 2.0 * slip_bound)
+    rest = slip_bound * turn + twice_a * np.abs(nominal_forward) + more_a * turn
+    return (twice_a * nominal + rest) / less_twice_a
+
+
+@lru_cache(maxsize=256)
+def _of_paper_bound(slip_bound: bytes, shape: tuple[int, ...]) -> tuple[Array, Array, Array]:
+    """Return 2α, 1 − 2α and 1 + α, which stay the same from tick to tick."""
+    a = np.frombuffer(slip_bound).reshape(shape)
+    return 2.0 * a, 1.0 - 2.0 * a, 1.0 + a
 
 
 def independent_bound(
