@@ -56,6 +56,10 @@ def with_errors(columns: Columns) -> Columns:
     """
     columns = dict(columns) if "reference.heading" in columns else with_plan(columns)
     _add_slip(columns)
+    ahead = _ahead(columns)
+    columns["error.heading"] = _turn(
+        ahead, (columns["motion.heading_vector.x"], columns["motion.heading_vector.y"])
+    )
     for seen in ("motion", "sensed") if "sensed.fix" in columns else ("motion",):
         cosine, sine = columns.pop(f"{seen}.heading_vector.x"), columns.pop(f"{seen}.heading_vector.y")
         columns[f"{seen}.heading"] = np.arctan2(sine, cosine)
@@ -65,21 +69,31 @@ def with_errors(columns: Columns) -> Columns:
     x = columns["motion.position.x"] - columns["reference.position.x"]
     y = columns["motion.position.y"] - columns["reference.position.y"]
     columns["error.position"] = _length(x, y)
-    columns["error.cross_track"] = _across(columns, x, y)
-    turn = columns["motion.heading"] - columns["reference.heading"]
-    sine = np.sin(turn)
-    columns["error.heading"] = np.arctan2(sine, np.cos(turn, out=turn), out=sine)
+    columns["error.cross_track"] = _across(
+        ahead,
+        _length(*ahead) if "reference.path_time" in columns else columns["reference.forward_speed"],
+        x,
+        y,
+    )
     return columns
 
 
-def _across(columns: Columns, x: NDArray, y: NDArray) -> NDArray:
-    """Return the component of (x, y) along the left normal of the path."""
-    if "reference.path_time" in columns:
-        ahead = columns["reference.path_velocity.x"], columns["reference.path_velocity.y"]
-        speed = _length(*ahead)
-    else:
-        ahead = columns["reference.velocity.x"], columns["reference.velocity.y"]
-        speed = columns["reference.forward_speed"]
+def _ahead(columns: Columns) -> tuple[NDArray, NDArray]:
+    """Return x and y of a vector along the path, of no particular length."""
+    stem = "reference.path_velocity" if "reference.path_time" in columns else "reference.velocity"
+    return columns[f"{stem}.x"], columns[f"{stem}.y"]
+
+
+def _turn(begin: tuple[NDArray, NDArray], end: tuple[NDArray, NDArray]) -> NDArray:
+    """Return the angle from one vector to another; their lengths play no part."""
+    across, along = begin[0] * end[1], begin[0] * end[0]
+    across -= begin[1] * end[0]
+    along += begin[1] * end[1]
+    return np.arctan2(across, along, out=across)
+
+
+def _across(ahead: tuple[NDArray, NDArray], speed: NDArray, x: NDArray, y: NDArray) -> NDArray:
+    """Return the component of (x, y) along the left normal of the path; `speed` is the length of `ahead`."""
     across = y * ahead[0]
     across -= x * ahead[1]
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -53,7 +53,7 @@ def radau(time, span, y0, inputs):
 
 
 def test_held_inputs_against_radau_at_100_hz():
-    """Random holds, slip and starts that are not the paper's; 1e-6 is promised, RK4 does better."""
+    """Random holds, slip and starts that are not the paper's; 1e-6 is promised, quadrature does better."""
     tick, ticks = 0.01, 150
     rng = np.random.default_rng(7)
     accelerations, turns = rng.uniform(-2.0, 2.0, (ticks, 3)), rng.uniform(-3.0, 3.0, (ticks, 3))
@@ -73,7 +73,7 @@ def test_held_inputs_against_radau_at_100_hz():
     assert state.time == pytest.approx(ticks * tick)
 
 
-def test_runge_kutta_converges_with_fourth_order():
+def test_a_tick_converges_with_fourth_order():
     """One held input over several substeps; the finest step stands in for the truth."""
     span, u1, u2 = 0.8, np.array([0.5, -1.0, 1.5]), np.array([1.0, -2.0, 0.5])
 

@@ -58,7 +58,7 @@ def test_a_small_turn_is_as_exact_as_a_large_one() -> None:
 def test_without_slip_it_agrees_with_the_plant(rates: list[tuple[float, float]]) -> None:
     motions = drive(*np.array(rates).T)
     seen = reckoned(motions)
-    # the plant's Runge-Kutta step at 3 rad/s and 50 ms is off by 1e-6
+    # the plant's step at 3 rad/s and 50 ms is off by 1e-6
     np.testing.assert_allclose(positions(seen), positions(motions), atol=2e-6 * len(rates))
     np.testing.assert_allclose(headings(seen), headings(motions), atol=1e-12)
 
