@@ -108,7 +108,8 @@ class DriveLimits:
     def _allowed(self, wanted: Array, least: Array | float | None, yaw_rate: Array) -> NDArray[np.bool_]:
         """Return in which worlds no limit acts; false as well where one meets what is not a number.
 
-        The axle is never faster than the rim, so the rim's speed is the only one to look at.
+        The axle is never faster than the rim, so the rim's speed is the only one to look at. A drive without
+        limits looks at no yaw rate.
         """
         if self._endless:
             return wanted >= (-np.inf if least is None else least)

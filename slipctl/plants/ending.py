@@ -35,9 +35,9 @@ def judged(
     """
     squares = position * position
     distance = np.sqrt(squares[:, 0] + squares[:, 1])
-    # one sum tells that all is well with every world; where it is not, each is looked at
+    # one count tells that all is well with every world; where it is not, each is looked at
     well = distance <= arena
-    well &= np.isfinite(rest)
+    well &= np.isfinite(rest + distance)  # an endless arena holds an infinite distance
     if np.count_nonzero(well) == len(well) and not np.count_nonzero(status):
         return status, None
     running = status == int(Status.RUNNING)

@@ -236,6 +236,16 @@ def test_world_that_diverged_says_so_and_the_others_do_not_notice(broken):
         assert np.isfinite(plant.observe(ended).velocity).all()
 
 
+def test_world_whose_distance_overflows_diverged_though_no_arena_ends():
+    """Everything else of it is finite, and no distance is beyond an infinite one."""
+    plant = KinematicOde(MAGELLAN_PRO, NoSlip(2), full(2, np.inf))
+    start = start_of(np.zeros((2, 2)), np.zeros(2), full(2, 0.1), np.zeros(2))
+    state = plant.step(plant.start(start), straight(2, np.array([1e300, 0.1])), 0.01)
+    assert list(state.status) == [Status.DIVERGED, Status.RUNNING]
+    np.testing.assert_array_equal(state.position[0], [0.0, 0.0])
+    assert state.position[1, 0] == pytest.approx(1e-3)
+
+
 def test_kinematic_model_has_no_bodies():
     plant = ode_plant(NoSlip(3), 3)
     assert plant.details(plant.start(STARTS)) is None
