@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipctl.simulate import Controller
 from slipctl.tick import Decision, DecisionTrace, Motion, Reference, SpeedCommand, Start, TorqueCommand
+
+Shared = TypeVar("Shared", Motion, SpeedCommand, TorqueCommand)
+"""What passes between a law and the rest."""
 
 COMMANDS: dict[str, type[SpeedCommand] | type[TorqueCommand]] = {
     "wheel_speed": SpeedCommand,
@@ -56,6 +59,8 @@ class Watched:
 class CheckedLaw:
     """A law whose every decision is checked before it reaches the robot.
 
+    It may write into the arrays that it is shown, and again into those that it gave: they are copies.
+
     Attributes
     ----------
     label : str
@@ -91,14 +96,15 @@ class CheckedLaw:
         """Decide the command of one tick."""
         where = f"law {self.label!r} at tick {memory.k} ({memory.k * tick:g} s)"
         try:
-            decision = self.law.update(memory.memory, reference, motion, tick)
+            decision = self.law.update(memory.memory, reference.each(np.array), _copied(motion), tick)
         except Exception as error:
             raise OwnLawError(f"{where} failed: {type(error).__name__}: {error}") from error
         lost = memory.lost | _lost(motion)
         wrong = next(self._wrong(decision, lost), None)
         if wrong is not None:
             raise OwnLawError(f"{where} gave {wrong}")
-        return Decision(decision.command, Watched(decision.memory, memory.k + 1, lost), decision.trace)
+        command = _copied(decision.command)
+        return Decision(command, Watched(decision.memory, memory.k + 1, lost), decision.trace)
 
     def _wrong(self, decision: Any, lost: NDArray[np.bool_]) -> Iterator[str]:
         if not isinstance(decision, Decision):
@@ -137,6 +143,13 @@ def _misshapen(name: str, value: Any, shape: tuple[int, ...], kind: type = float
         yield f"{name} of shape {value.shape}, needed is {shape}: one row per world"
     elif value.dtype.kind not in ("biuf" if kind is bool else "iuf"):
         yield f"{name} of type {value.dtype}, needed are numbers"
+
+
+def _copied(given: Shared) -> Shared:
+    """Return the same with arrays of its own."""
+    arrays: dict[str, Any] = {field.name: getattr(given, field.name) for field in fields(given)}
+    arrays |= {name: np.array(array) for name, array in arrays.items() if array is not None}
+    return type(given)(**arrays)
 
 
 def _lost(motion: Motion) -> NDArray[np.bool_]:

@@ -41,6 +41,12 @@ KINEMATIC = {
     ],
 }
 
+DYNAMIC = {
+    "robot": {"model": "magellan_pro", "drive": "wheel_torque"},
+    "plant": {"kind": "dynamic_ode"},
+    "controller": [{"kind": "nominal_dynamic", "pole": -2.0}],
+}
+
 
 def small(**changes: Any) -> scenario.Scenario:
     return scenario.read({**KINEMATIC, **changes}, "small")
@@ -48,6 +54,10 @@ def small(**changes: Any) -> scenario.Scenario:
 
 def nominal(robot: KnownRobot) -> NominalKinematic:
     return NominalKinematic(robot.speed_drive(), chain_gains(np.full(robot.worlds, -1.0), 2))
+
+
+def nominal_torque(robot: KnownRobot) -> NominalDynamic:
+    return NominalDynamic(robot.torque_drive(), chain_gains(np.full(robot.worlds, -2.0), 3))
 
 
 def robust(robot: KnownRobot) -> RobustWithTheorem:
@@ -140,25 +150,12 @@ def test_recordings_and_tables_hold_the_own_law(tmp_path, kind) -> None:
 
 
 def test_a_dynamic_law_drives_torques() -> None:
-    tables = {
-        **{key: value for key, value in KINEMATIC.items() if key != "controller"},
-        "robot": {"model": "magellan_pro", "drive": "wheel_torque"},
-        "plant": {"kind": "dynamic_ode"},
-        "controller": [{"kind": "nominal_dynamic", "pole": -2.0}],
-    }
-    result = experiment.run(
-        scenario.read(tables, "small"),
-        laws={
-            "mine": lambda robot: NominalDynamic(
-                robot.torque_drive(), chain_gains(np.full(robot.worlds, -2.0), 3)
-            )
-        },
-    )
+    result = experiment.run(small(**DYNAMIC), laws={"mine": nominal_torque})
     assert without_label(rows(result, "mine")) == without_label(rows(result, "nominal_dynamic"))
     with pytest.raises(
         OwnLawError, match=r"law 'mine' at tick 0 .* a SpeedCommand, .* needs a TorqueCommand"
     ):
-        experiment.run(scenario.read(tables, "small"), laws={"mine": nominal})
+        experiment.run(small(**DYNAMIC), laws={"mine": nominal})
 
 
 @pytest.mark.parametrize("label", ["My Law", "", "a/b", "nominal_kinematic"])
@@ -270,6 +267,37 @@ def test_a_robot_that_is_lost_may_be_answered_with_nan() -> None:
     # lost stays lost: its memory is spoilt
     again = law.update(decision.memory, reference, motion, 0.02)
     assert again.memory.lost.tolist() == [False, True]
+
+
+@pytest.mark.parametrize(("made", "changes"), [(nominal, {}), (nominal_torque, DYNAMIC)])
+def test_what_a_law_does_to_arrays_stays_with_the_law(made, changes) -> None:
+    """It writes into what it was shown, and into the arrays of the command before."""
+
+    class Careless:
+        def __init__(self, robot: KnownRobot) -> None:
+            self.law: Any = made(robot)
+
+        def start(self, start: Start) -> Any:
+            return self.law.start(start), None
+
+        def update(self, memory: Any, reference: Reference, motion: Motion, tick: float) -> Decision:
+            inner, given = memory
+            decision = self.law.update(inner, reference, motion, tick)
+            told = {name: value.copy() for name, value in vars(decision.command).items()}
+            for shown in (reference, motion, given):
+                for array in () if shown is None else vars(shown).values():
+                    if array is not None:
+                        array *= 0.5
+            command = type(decision.command)(**told)
+            return replace(decision, command=command, memory=(decision.memory, command))
+
+    two_paths = small(**changes, sweep={"reference.speed": [0.2, 0.3]})
+    result = experiment.run(two_paths, laws={"careless": Careless, "careful": made})
+    assert without_label(rows(result, "careless")) == without_label(rows(result, "careful"))
+    listed = experiment.run(two_paths).json()["runs"]
+    assert [run["metrics"] for run in rows(result, "careful")] == [
+        run["metrics"] for run in listed if run["controller"].startswith("nominal")
+    ]
 
 
 def resting(worlds: int) -> Reference:
