@@ -64,7 +64,10 @@ class _Bound(ABC):
         """Return ρ (N,) [m/s³]."""
         seen = state.forward_speed, state.yaw_rate, state.acceleration, state.nominal, state.nominal_jerk
         if len(state.nominal) == 1:
-            return np.array([self._gain(self._numbers, *(array.item() for array in seen))])
+            try:
+                return np.array([self._gain(self._numbers, *(array.item() for array in seen))])
+            except ZeroDivisionError:
+                pass  # at the end of a bound's range numpy knows an infinity
         return self._gain(self._constants, *seen)
 
     @cached_property

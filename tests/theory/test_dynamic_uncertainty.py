@@ -293,6 +293,16 @@ def test_gains_of_one_robot_have_the_bits_of_its_row_among_many(count):
             assert alone.tobytes() == many[row].tobytes()
 
 
+@pytest.mark.parametrize(
+    "bound", [lambda a: PaperDynamicBound(2.0 * a), ProportionalDynamicBound], ids=["paper", "proportional"]
+)
+def test_a_gain_is_infinite_at_the_end_of_its_range_for_one_robot_and_for_many(bound):
+    for count in (1, 2):
+        state = DynamicState(*(np.full(count, value) for value in (0.2, 0.5, 0.1, 0.4, 0.25)))
+        with np.errstate(divide="ignore"):
+            assert bound(np.full(count, 0.5))(state).tolist() == [np.inf] * count
+
+
 def test_proportional_gain_loses_its_meaning_at_one_half():
     """Where v_s follows v, v̈_s contains the control: (70) would allow α < 1, the small gain ends at 1/2."""
     state = DynamicState(*(one(value) for value in (0.2, 0.5, 0.1, 0.4, 0.25)))
