@@ -242,7 +242,7 @@ def test_wheel_inertia_counts_twice_at_the_rim():
     assert (PAPER.effective_mass, PAPER.effective_yaw_inertia) == (18.2, 0.39375)
 
 
-@pytest.mark.parametrize("rates", [(2.0, 2.0), (-2.0, 2.0), (3.0, -1e-9), (0.0, 5.0)])
+@pytest.mark.parametrize("rates", [(2.0, 2.0), (-2.0, 2.0), (3.0, -1e-9), (0.0, 5.0), (5.0, 0.0)])
 def test_joint_friction_is_added_against_the_rotation_of_each_wheel(rates):
     rubbing = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07)
     extra = rubbing.torques(one(0.3), one(0.2), np.array([rates])) - PAPER.torques(
@@ -269,6 +269,14 @@ def test_friction_alone_slows_a_rolling_robot():
     push, spin = rubbing.accelerations(np.zeros((1, 2)), np.array([[5.0, 5.0]]))
     assert push[0] == pytest.approx(-2.0 * 0.07 / (0.0825 * 18.2), rel=1e-13)
     assert spin[0] == 0.0
+
+
+@pytest.mark.parametrize("rates", [(0.0, 5.0), (-5.0, 0.0), (0.0, 0.0)])
+def test_an_axle_that_stands_does_not_rub(rates):
+    rubbing, torque = Inertia(MAGELLAN_PRO, 18.2, 0.39375, joint_friction=0.07), np.array([0.4, 0.9])
+    got = rubbing.accelerations(torque[None], np.array([rates]))
+    driving = (torque - 0.07 * np.sign(np.array(rates)))[None]
+    np.testing.assert_allclose(got, PAPER.accelerations(driving, np.array([rates])), rtol=1e-14)
 
 
 @pytest.mark.parametrize("slip", [0.0, 0.4 - 0.4j, -0.3 + 0.1j, -0.4 - 0.4j, -0.3])

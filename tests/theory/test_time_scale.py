@@ -179,8 +179,9 @@ def test_no_jump_where_holding_begins():
 
 def test_holding_takes_a_negligible_share_of_the_path():
     """With equal durations 6e-5 of the path's time at each end, as the docstring says."""
-    share = math.sqrt(LEAST_RATE / 30.0)
     one = np.ones((1, 1))
-    while smooth_step(share * one, one, one)[1] < LEAST_RATE:
-        share += 1e-6
-    assert smooth_step(share * one, one, one)[0][0, 0] == pytest.approx(6e-5, abs=0.5e-5)
+    shares = math.sqrt(LEAST_RATE / 30.0) + np.linspace(0.0, 1e-3, 1001)[None]
+    elapsed, rate, _, _ = smooth_step(shares, one, one)
+    held = np.count_nonzero(rate < LEAST_RATE)
+    assert 0 < held < shares.size
+    assert elapsed[0, held] == pytest.approx(6e-5, abs=0.5e-5)
