@@ -13,14 +13,14 @@ from contextlib import ExitStack
 from itertools import repeat
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from slipctl.shape import Shape
-from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording
+from slipctl.view.content import RecordingError, RunInfo, Theorem, WorldRecording, part_of
 from slipctl.view.tracks import rows_of
 
 IN_PROCESS = 24
@@ -72,9 +72,11 @@ def write_all(
     if len(worlds) <= IN_PROCESS:
         return _write_here(folder, signals, worlds, shapes, tell)
     workers = threads or min(os.cpu_count() or 1, 4)
-    with tempfile.TemporaryDirectory(prefix=".view-", dir=folder) as scratch:
-        source = signals if isinstance(signals, Path) else Path(scratch) / "signals.parquet"
-        if not isinstance(signals, Path):
+    on_disk = isinstance(signals, Path)
+    # a killed process leaves these: not among results, but where there is room if they hold the signals
+    with tempfile.TemporaryDirectory(prefix=".view-", dir=None if on_disk else folder) as scratch:
+        source = signals if on_disk else Path(scratch) / "signals.parquet"
+        if not on_disk:
             rows = max(1, len(signals) // sum(len(world.runs) for world in worlds))
             pq.write_table(signals, source, row_group_size=rows)
         jobs = []
@@ -83,7 +85,12 @@ def write_all(
             some, job = worlds[start : start + count], Path(scratch) / f"job-{start}.json"
             job.write_text(_encode(folder, source, some, shapes), encoding="utf-8")
             jobs.append((job, len(some)))
-        _work(jobs, workers, tell, len(worlds))
+        try:
+            _work(jobs, workers, tell, len(worlds))
+        except BaseException:
+            for world in worlds:  # a worker that was stopped had no time to
+                part_of(folder / world.file).unlink(missing_ok=True)
+            raise
     return [folder / world.file for world in worlds]
 
 
@@ -156,25 +163,28 @@ def _spans(metadata: pq.FileMetaData) -> list[tuple[float, float]]:
 
 def _work(jobs: Sequence[tuple[Path, int]], workers: int, tell: Progress, total: int) -> None:
     """Keep `workers` processes busy; whatever happens, none is left behind."""
-    paths = os.pathsep.join(path for path in sys.path if path)
-    environment = {**os.environ, "PYTHONPATH": paths}  # a worker finds what this process found
+    # a worker finds what this process found, and not what lies where the user happens to be
+    paths = os.pathsep.join(map(os.path.abspath, sys.path))
+    environment = {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"}
     waiting, done = list(jobs), 0
     with ExitStack() as stack:
-        active: list[tuple[subprocess.Popen[str], int]] = []
+        active: list[tuple[subprocess.Popen[bytes], IO[bytes], int]] = []
         while waiting or active:
             while waiting and len(active) < workers:
                 job, count = waiting.pop(0)
                 command = [sys.executable, "-m", "slipctl.view", str(job)]
-                process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+                # a file, not a pipe: nobody reads before the worker ends, and a full pipe would hold it up
+                said = stack.enter_context(tempfile.TemporaryFile())
+                process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stderr=said)
                 stack.callback(_stop, process)
-                active.append((process, count))
-            finished = [pair for pair in active if pair[0].poll() is not None]
-            for pair in finished:
-                active.remove(pair)
-                process, count = pair
-                complaint = process.communicate()[1].strip()
+                active.append((process, said, count))
+            finished = [worker for worker in active if worker[0].poll() is not None]
+            for worker in finished:
+                active.remove(worker)
+                process, said, count = worker
                 if process.returncode != 0:
-                    lines = complaint.splitlines()
+                    said.seek(0)
+                    lines = said.read().decode(errors="replace").strip().splitlines()
                     raise RecordingError(lines[-1] if lines else f"a worker ended with {process.returncode}")
                 done += count
                 tell(done, total)
@@ -182,10 +192,12 @@ def _work(jobs: Sequence[tuple[Path, int]], workers: int, tell: Progress, total:
                 time.sleep(0.02)
 
 
-def _stop(process: subprocess.Popen[str]) -> None:
+def _stop(process: subprocess.Popen[bytes]) -> None:
     if process.poll() is None:
         process.terminate()
         process.wait()
+    if process.stdin is not None:
+        process.stdin.close()
 
 
 def _encode(

@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 
@@ -96,6 +97,11 @@ class WorldRecording:
     file: str
     runs: tuple[RunInfo, ...]
     info: Mapping[str, Any]
+
+
+def part_of(path: Path) -> Path:
+    """Return where a recording is written before it gets its name."""
+    return path.with_name(f"{path.name}.part")
 
 
 def short_labels(labels: Sequence[str]) -> dict[str, str]:

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+from rerun.error_utils import catch_and_log_exceptions
 from rerun.recording_stream import is_enabled as is_recording_enabled
 
 from slipctl.shape import Shape
 from slipctl.view.colours import run_colours
-from slipctl.view.content import RecordingError, RunInfo, application_id, recording_id, recording_name
+from slipctl.view.content import (
+    RecordingError,
+    RunInfo,
+    application_id,
+    part_of,
+    recording_id,
+    recording_name,
+)
 from slipctl.view.events import events
 from slipctl.view.ground import floor_events
 from slipctl.view.layout import blueprint
@@ -86,7 +94,7 @@ def put(path: Path, content: bytes) -> Path:
     if not content:
         switch = f" (the environment says RERUN={os.environ['RERUN']})" if "RERUN" in os.environ else ""
         raise RecordingError(f"Rerun wrote nothing for {path}{switch}; unset RERUN or run without recordings")
-    part = path.with_name(path.name + ".part")
+    part = part_of(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(content)
@@ -178,12 +186,7 @@ def _properties(tracks: Sequence[Track], info: Mapping[str, Any]) -> dict[str, A
     return properties
 
 
-@contextmanager
-def strict() -> Iterator[None]:
-    """Wrong lengths and types raise instead of going missing; the caller's setting comes back."""
-    before = rr.strict_mode()
-    rr.set_strict_mode(True)
-    try:
-        yield
-    finally:
-        rr.set_strict_mode(before)
+def strict() -> AbstractContextManager[Any]:
+    """Wrong lengths and types raise instead of going missing, in this thread alone."""
+    # not `set_strict_mode`: that is for all threads, and those of the caller may be logging
+    return catch_and_log_exceptions(strict=True)

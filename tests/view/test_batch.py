@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -168,3 +169,56 @@ def test_a_worker_s_complaint_is_passed_on(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(RecordingError, match="no rows of run 4"):
         write_recordings(tmp_path, TABLE, worlds(3), SHAPES, threads=1)
     assert all(path.suffix == ".rrd" for path in tmp_path.iterdir())
+
+
+def test_what_workers_say_does_not_hold_them_up(tmp_path: Path) -> None:
+    """Rerun says a lot where the environment asks for it: more than a pipe holds that nobody reads."""
+    code = (
+        "import os, sys\n"
+        "from pathlib import Path\n"
+        "from tests.view.test_batch import TABLE, batch, worlds, write_recordings\n"
+        "batch.IN_PROCESS = 1\n"
+        "write_recordings(Path(sys.argv[1]), TABLE, 12 * worlds(2), threads=1)\n"
+    )
+    environment = {**os.environ, "RUST_LOG": "trace"}
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    assert subprocess.run(command, cwd=ROOT, env=environment, timeout=60, check=False).returncode == 0
+
+
+def test_a_worker_ends_with_the_process_that_waits_for_it(tmp_path: Path) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet")
+    many = [WorldRecording(f"{k}.rrd", worlds(1)[0].runs, worlds(1)[0].info) for k in range(400)]
+    job = tmp_path / "job.json"
+    job.write_text(batch._encode(tmp_path, tmp_path / "signals.parquet", many, None), encoding="utf-8")
+    command = [sys.executable, "-m", "slipctl.view", str(job)]
+    with subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE) as worker:
+        assert worker.stdin is not None
+        worker.stdin.close()  # as the system does where the other end was killed
+        assert worker.wait(60) != 0
+    assert len(list(tmp_path.glob("*.rrd"))) < len(many)
+
+
+def test_nothing_is_left_beside_the_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    monkeypatch.setattr(batch, "IN_PROCESS", 1)
+    seen: list[str] = []
+
+    def killed(*_: object) -> None:
+        seen.extend(path.name for path in folder.iterdir())  # all that a killed process would leave
+        (folder / "friction-1.rrd.part").write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "_work", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write_recordings(folder, tmp_path / "signals.parquet", worlds(2))
+    assert seen == []
+    assert list(folder.iterdir()) == []
+
+
+def test_workers_import_what_this_process_imports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rerun.py").write_text("raise SystemExit('a file of the user')", encoding="utf-8")
+    monkeypatch.setattr(batch, "IN_PROCESS", 1)
+    monkeypatch.chdir(tmp_path)
+    assert all(path.is_file() for path in write_recordings(tmp_path, TABLE, worlds(2), threads=1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,16 @@ def test_what_lasts_is_logged_as_static(
         assert rrd("compare", logged, sent) == 0
     elsewhere = written(tmp_path / "other.rrd", lambda rec: rec.send_chunks(lasting("/a/c", build, **fields)))
     assert rrd("compare", logged, elsewhere) == 1
+
+
+def test_only_the_thread_that_writes_is_strict() -> None:
+    before = rr.strict_mode()
+    with ThreadPoolExecutor(1) as other, strict():
+        assert rr.strict_mode()
+        assert other.submit(rr.strict_mode).result() == before
+        with pytest.raises(ValueError, match="Expected"):
+            rr.Boxes3D(half_sizes=[1.0])
+    assert rr.strict_mode() == before
 
 
 def test_every_chunk_is_a_new_one() -> None:
