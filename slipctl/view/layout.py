@@ -48,11 +48,12 @@ def blueprint(
     overview = rrb.Horizontal(
         scene_view(scene, tracks, roots, above=False),
         column(
-            plots.view("Position error [m]", ["error.position"], settled=True),
+            plots.view("Position error [m]", ["error.position"], settled=True, headroom=True),
             plots.view(
                 f"Inputs: nominal |v̂|, robust |Δv| [{_input_unit(tracks)}]",
                 ["decision.nominal_input.norm", "decision.robust_input.norm"],
                 settled=True,
+                headroom=True,
             ),
             plots.view(
                 "Left wheel [rad/s] · thin: commanded",
@@ -71,7 +72,7 @@ def blueprint(
     tracking = rrb.Horizontal(
         scene_view("From above · grid 0.5 m", tracks, roots, above=True),
         column(
-            plots.view("Position error [m]", ["error.position"], settled=True),
+            plots.view("Position error [m]", ["error.position"], settled=True, headroom=True),
             plots.view("Cross-track error [m]", ["error.cross_track"], settled=True),
             plots.view("Heading error [rad]", ["error.heading"], settled=True),
             plots.view("Forward speed v [m/s]", ["motion.forward_speed"], first=["reference.forward_speed"]),
@@ -115,13 +116,13 @@ def _slip_tab(track: Track, root: str, plots: Plots, scales: Scales, count: int)
     ]
     bound = "" if track.info.slip_bound is None else f" · wide: bound ±{track.info.slip_bound:g}|v|"
     slip = ["slip.bound.upper", "slip.bound.lower", "slip.longitudinal", "slip.lateral"]
-    gain = ["decision.robust_gain", "guarantee.uncertainty"]
+    gain, unit = ["decision.robust_gain", "guarantee.uncertainty"], _input_unit([track])
     views = [
         plots.view(f"Slip [m/s]{bound}", slip, only=label, settled=True),
         plots.view("Traction forward [N]", _sides("wheel.longitudinal_force"), only=label),
         plots.view("Traction to the left [N]", _sides("wheel.lateral_force"), only=label),
         plots.view("Wheel load [N]", _sides("wheel.normal_force"), only=label),
-        plots.view(f"Uncertainty |η| [{_input_unit([track])}] · wide: ρ", gain, only=label, settled=True),
+        plots.view(f"Uncertainty |η| [{unit}] · wide: ρ", gain, only=label, settled=True, headroom=True),
     ]
     camera = rrb.Spatial3DView(
         origin=f"{root}/robot/base",

@@ -12,6 +12,9 @@ from slipctl.view.plots import derived, entity
 from slipctl.view.tracks import Track
 
 TIMES = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
+BELOW = 0.04
+"""Share of an axis of amounts below 0, so that a line at 0 does not lie on the edge."""
+
 LEGEND = rrb.PlotLegend(rrb.Corner2D.RightTop)
 
 
@@ -46,7 +49,7 @@ class Plots:
         settled : bool
             Whether a first transient that dwarfs the rest is left out of the axis (and the name says so).
         headroom : bool
-            Whether the axis starts at 0 and leaves room above, so that no bound lies under the legend.
+            Whether the axis starts just below 0 and leaves room above, so that no line lies under the legend.
         """
         longest = max(self._tracks, key=lambda track: track.time[-1])
         wanted = [(longest, column) for column in first]
@@ -66,6 +69,7 @@ class Plots:
         if headroom:
             # an axis without the transient ends where it ends; then only the lower end is wanted
             shown = (0.0, limits[1]) if limits else from_zero(series)
+            shown = (-BELOW * shown[1], shown[1]) if shown else None
         return rrb.TimeSeriesView(
             contents=[f"+ {entity(self._roots[track.info.label], column)}" for track, column in present],
             name=name + (" · axis without the first transient" if limits else ""),

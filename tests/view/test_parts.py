@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from slipctl.view.colours import NOMINAL, OTHERS, ROBUST, run_colours
 from slipctl.view.content import application_id, recording_name, short_labels
 from slipctl.view.events import MOST, episodes, events
 from slipctl.view.framing import axis_range, from_zero, scene_box
+from slipctl.view.layout import blueprint
+from slipctl.view.scene import Scales
 from slipctl.view.theorem import quantities
 from slipctl.view.tracks import Track, kept, nice, read_tracks, stride
 from tests.view.signals import signals
@@ -23,6 +26,14 @@ from tests.view.signals import signals
 
 def track(table: pa.Table, **info: object) -> Track:
     return read_tracks(table, [RunInfo(1, "robust", **info)])[0]  # type: ignore[arg-type]
+
+
+def views(container: Any) -> Iterator[Any]:
+    for part in container.contents:
+        if hasattr(part, "properties"):
+            yield part
+        else:
+            yield from views(part)
 
 
 def test_importing_the_package_does_not_import_rerun() -> None:
@@ -152,6 +163,19 @@ def test_amounts_start_at_zero_and_leave_room_above() -> None:
     assert from_zero([(time, 0.05 * time)]) == pytest.approx((0.0, 0.105))
     assert from_zero([(time, 0 * time)]) is None
     assert from_zero([(time, np.full(11, np.nan))]) is None
+
+
+def test_the_legend_of_amounts_and_the_line_at_zero_have_room() -> None:
+    driven = track(signals(1))
+    layout = blueprint([driven], Scales(1.0, None), {"robust": "/runs/robust"}, sweep=False)
+    top, checked = float(np.nanmax(driven.values("error.position"))), 0
+    for view in views(layout.root_container):
+        if str(view.name).startswith("Position error"):
+            ((low, high),) = view.properties["ScalarAxis"].range.as_arrow_array().to_pylist()
+            assert low < 0.0
+            assert high >= 1.4 * top
+            checked += 1
+    assert checked == 2
 
 
 def test_what_is_drawn_is_what_the_bound_is_on() -> None:
