@@ -10,6 +10,7 @@ import pytest
 
 from slipctl.guarantee import verdict, with_guarantee
 from slipctl.guarantee.monitor import low_pass, measured_ratio
+from slipctl.guarantee.path_time import in_path_time
 from slipctl.recording import Columns
 from tests.guarantee.recordings import hypotheses
 
@@ -118,3 +119,18 @@ def test_low_pass_has_the_same_bits_for_few_worlds_and_for_many(tick):
         many = low_pass(values, tick)
         alone = np.concatenate([low_pass(values[world : world + 1], tick) for world in range(5)])
     np.testing.assert_array_equal(alone, many)
+
+
+def test_a_recorded_ratio_counts_in_real_time_only():
+    """A slow robot: the recorded ratio is one of at least 0.05 m/s, that in path time one of ṽ = 0.2 m/s."""
+    cells = {"motion.forward_speed": 0.02, "slip.longitudinal": 0.008, "slip.lateral": 0.006, "slip.yaw": 0.0}
+    columns = {name: np.full((1, 3), value) for name, value in cells.items()}
+    recorded = columns | {"slip.ratio": np.full((1, 3), 0.2)}
+    for seen in (columns, recorded):
+        np.testing.assert_allclose(measured_ratio(in_path_time(seen)), np.full((1, 3), 0.2), rtol=1e-14)
+    path = {"reference.path_rate": 0.1, "decision.path_speed": 0.2}
+    for name in ("motion.velocity", "decision.path_velocity", "reference.path_velocity"):
+        path |= {f"{name}.{axis}": 0.02 for axis in "xy"}
+    path |= {f"reference.path_acceleration.{axis}": 0.0 for axis in "xy"}
+    in_its_time = in_path_time(recorded | {name: np.full((1, 3), value) for name, value in path.items()})
+    np.testing.assert_allclose(measured_ratio(in_its_time), np.full((1, 3), 0.5), rtol=1e-14)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipctl.plants.ode import KinematicOde
-from slipctl.theory.robot import MAGELLAN_PRO
+from slipctl.theory.robot import MAGELLAN_PRO, WheelGeometry
 from slipctl.theory.slip import NoSlip, ProportionalSlip, SinusoidalSlip, measure_slip
 from slipctl.tick import SpeedCommand, Status
 from tests.builders import full, ode_plant, start_of
@@ -111,6 +111,19 @@ def test_straight_line_with_constant_acceleration_in_closed_form():
         state = plant.step(state, hold(state, full(1, 0.3), np.zeros(1), 0.02), 0.02)
     way = 0.2 * 2.0 + 0.3 * 2.0
     np.testing.assert_allclose(state.position, [[1.25 * way, -0.5 * way]], rtol=1e-13)
+
+
+def test_wheels_roll_as_far_as_they_are_told():
+    """∫(v ∓ bw)dt/r with radius and track of each world, whatever slips; the first world rolls backwards."""
+    robots = WheelGeometry(np.array([0.0825, 0.1]), np.array([0.1624, 0.2]))
+    speed, turn, tick = np.array([-0.2, 0.3]), np.array([0.8, -0.5]), 0.02
+    plant = KinematicOde(robots, ProportionalSlip(full(2, 0.4), full(2, 0.4), full(2, 0.4)), full(2, 50.0))
+    state = plant.start(start_of(np.zeros((2, 2)), np.zeros(2), speed, np.zeros(2)))
+    for _ in range(100):
+        state = plant.step(state, hold(state, full(2, 0.1), turn, tick), tick)
+    way, swung = speed * 2.0 + 0.1 * 2.0, robots.half_track * turn * 2.0
+    expected = np.stack([way - swung, way + swung], axis=-1) / np.array([[0.0825], [0.1]])
+    np.testing.assert_allclose(plant.observe(state).wheel_angle, expected, rtol=1e-12)
 
 
 def test_slip_on_a_straight_command_bends_the_path_to_the_side_of_the_yaw_slip():
