@@ -8,7 +8,7 @@ import pytest
 from slipctl.guarantee import verdict, with_guarantee
 from slipctl.recording import Columns
 from slipctl.theory import ultimate
-from tests.guarantee.recordings import ALPHA, LAYER, ROWS, TICK, changed, hypotheses, sound
+from tests.guarantee.recordings import ALPHA, LAYER, ROWS, SPEED, TICK, changed, hypotheses, sound
 
 CORNERS = {2: 2.5, 3: 6.875}
 
@@ -57,6 +57,22 @@ def test_v_must_fall_outside_the_layer_and_only_there():
     assert verdict(columns, wanted, 0, ROWS - 1, TICK)["lyapunov_fraction"] is None
 
 
+def test_v_need_not_fall_where_the_time_of_the_path_does_not_pass():
+    """An error that grows outside the layer counts against V only while rates per path time can be told."""
+    columns = sound(rows=6)
+    columns["motion.position.x"] = columns["reference.position.x"] + np.linspace(0.1, 0.6, 6)
+    assert not with_guarantee(columns, hypotheses(), TICK)["guarantee.lyapunov_falls"].any()
+    columns["reference.path_rate"] = np.array([[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]])
+    columns["reference.path_time"] = np.array([[0.0, 1.0, 2.0, 2.5, 2.5, 2.5]]) * TICK
+    columns["decision.path_speed"] = np.full((1, 6), SPEED)
+    for axis in "xy":
+        columns[f"decision.path_velocity.{axis}"] = columns[f"motion.velocity.{axis}"]
+        columns[f"reference.path_velocity.{axis}"] = columns[f"reference.velocity.{axis}"]
+        columns[f"reference.path_acceleration.{axis}"] = np.zeros((1, 6))
+    falls = with_guarantee(columns, hypotheses(), TICK)["guarantee.lyapunov_falls"]
+    assert falls.tolist() == [[False, False, True, True, True, False]]
+
+
 @pytest.mark.parametrize("order", [2, 3])
 def test_chatter_threshold_knows_the_corner_of_p_and_the_slip(order):
     wanted = hypotheses(order=order)
@@ -73,6 +89,11 @@ def test_chatter_threshold_knows_the_corner_of_p_and_the_slip(order):
     # slip that turns the input around leaves no tick
     backwards = changed(sound(order=order), "slip.longitudinal", 5, -1.2 * 0.5)
     assert with_guarantee(backwards, wanted, TICK)["guarantee.calm_tick"][0, 5] == 0.0
+    # nor does rest, with slip or without
+    still = changed(sound(order=order), "motion.forward_speed", slice(5, 7), 0.0)
+    for name in ("slip.longitudinal", "slip.lateral"):
+        still = changed(still, name, 6, 0.0)
+    assert with_guarantee(still, wanted, TICK)["guarantee.calm_tick"][0, 5:7].tolist() == [0.0, 0.0]
 
 
 def test_rates_of_the_slip_are_told_apart_from_the_hypotheses():
