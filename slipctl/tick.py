@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
 WHEELS = ("left", "right")
+"""Names of the wheels, in the order of every pair of them."""
 
 
 class Status(IntEnum):
