@@ -8,8 +8,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack, closing
 from itertools import repeat
 from math import inf
 from pathlib import Path
@@ -134,15 +134,19 @@ def _write_here(
     from slipctl.view.recording import write
 
     written = []
-    tables = _rows(signals, worlds) if isinstance(signals, Path) else repeat(signals)
-    for world, rows in zip(worlds, tables, strict=False):
-        written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
-        tell(len(written), len(worlds))
+    # closed whatever happens: systems there are that remove no file that is open
+    with closing(_rows(signals, worlds)) as tables:
+        for world, rows in zip(worlds, tables, strict=True):
+            written.append(write(folder / world.file, rows, world.runs, world.info, shapes))
+            tell(len(written), len(worlds))
     return written
 
 
-def _rows(signals: Path, worlds: Sequence[WorldRecording]) -> Iterator[pa.Table]:
+def _rows(signals: pa.Table | Path, worlds: Sequence[WorldRecording]) -> Generator[pa.Table]:
     """Yield the rows of each world; a row group that holds several worlds in a row is read once for them."""
+    if not isinstance(signals, Path):
+        yield from repeat(signals, len(worlds))
+        return
     with pq.ParquetFile(signals) as file:
         spans = _spans(file.metadata)
         held: dict[int, pa.Table] = {}

@@ -222,3 +222,22 @@ def test_workers_import_what_this_process_imports(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(batch, "IN_PROCESS", 1)
     monkeypatch.chdir(tmp_path)
     assert all(path.is_file() for path in write_recordings(tmp_path, TABLE, worlds(2), threads=1))
+
+
+def test_the_signals_are_closed_where_a_recording_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pq.write_table(TABLE, tmp_path / "signals.parquet")
+    opened: list[pq.ParquetFile] = []
+    original = pq.ParquetFile.read_row_group
+
+    def noted(file: pq.ParquetFile, group: int) -> pa.Table:
+        opened.append(file)
+        return original(file, group)
+
+    monkeypatch.setattr(pq.ParquetFile, "read_row_group", noted)
+    with pytest.raises(RecordingError) as failure:  # it holds the frames, and what they hold
+        write_recordings(tmp_path, tmp_path / "signals.parquet", worlds(3), SHAPES)
+    assert "no rows of run 4" in str(failure.value)
+    assert all(file.closed for file in opened)
+    assert opened
