@@ -19,9 +19,9 @@ SCENARIO = SHORT_SCENARIO + "[start]\nx_offset = 0.01\n"
 """Starts beside its path, so that the gain plays a part; called paper-kinematic, as in the recipe."""
 
 LAW = "slipctl/control/flat.py"
-GAIN = "- gains[:, 0:1] * position_error"
-WHOLE = "reference.acceleration - gains[:, 0:1] * position_error - gains[:, 1:2] * velocity_error"
-OTHERWISE = "-(gains[:, 1:2] * velocity_error + gains[:, 0:1] * position_error - reference.acceleration)"
+GAIN = "- first_gain * position_error"
+WHOLE = "reference.acceleration - first_gain * position_error - second_gain * velocity_error"
+OTHERWISE = "-(second_gain * velocity_error + first_gain * position_error - reference.acceleration)"
 IMPORT = "import math\n"
 MISSING = IMPORT + "import missing_module\n"
 

@@ -86,7 +86,8 @@ def drive(
     motions = [plant.observe(state)]
     for speed, turn in zip(speeds, turns, strict=True):
         v, w = full(1, speed), full(1, turn)
-        state = replace(state, forward_speed=v, yaw_rate=w)
+        # what follows from the new speed as well
+        state = plant.with_own_slip(replace(state, forward_speed=v, yaw_rate=w))
         command = SpeedCommand(full(1, 0.0), v, w, MAGELLAN_PRO.wheel_rates(v, w))
         state = plant.step(state, command, TICK)
         motions.append(plant.observe(state))

@@ -302,7 +302,7 @@ def slipctl_source(tmp_path_factory):
     (repository.folder / "scenarios" / "ice.toml").write_text(OFFSET)
     repository.commit("first")
     repository.git("tag", "then")
-    gain = "- gains[:, 0:1] * position_error"
+    gain = "- first_gain * position_error"
     repository.replace("slipctl/control/flat.py", gain, gain.replace("- ", "- 0.5 * "))
     repository.commit("half a gain")
     repository.git("tag", "halved")
