@@ -26,10 +26,17 @@ def append(path: Path, measured: dict[str, Any]) -> None:
 
 
 def _commit() -> str | None:
-    """Return the commit of the current folder, with a plus where its files differ; None outside of git."""
+    """Return the commit of the current folder, with a plus where its files differ; None outside of git.
+
+    Histories are files that measuring itself changes.
+    """
     try:
         commit = _git("rev-parse", "--short=12", "HEAD")
-        return commit + ("+" if _git("status", "--porcelain", "--untracked-files=no") else "")
+        return commit + (
+            "+"
+            if _git("status", "--porcelain", "--untracked-files=no", "--", ":(exclude,top)*.jsonl")
+            else ""
+        )
     except (OSError, subprocess.CalledProcessError):
         return None
 

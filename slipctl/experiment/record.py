@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MANY = 24
 """Up to so many worlds, all are recorded unless told otherwise."""
 
-WORST = 12
+WORST = 8
 """Of more worlds, so many are: those with the largest errors; more cost more than a tenth of a sweep."""
 
 
