@@ -1,7 +1,7 @@
 """What passes between the reference, the plant and the controller within one control tick.
 
 Every array has the world as its leading axis: ``(N,)`` for a scalar per world and ``(N, 2)`` for a pair per
-world; one robot is a batch of one. Pairs of wheels are ordered left, right; pairs of coordinates x, y.
+world; one robot is a batch of one. Pairs of wheels are ordered as `WHEELS`; pairs of coordinates x, y.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 WHEELS = ("left", "right")
-"""Names of the wheels, in the order of every pair of them."""
 
 
 class Status(IntEnum):

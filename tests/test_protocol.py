@@ -36,7 +36,7 @@ from tests.lineup import (
 )
 
 
-def same(left: dict[str, Any], right: dict[str, Any]) -> None:
+def assert_same(left: dict[str, Any], right: dict[str, Any]) -> None:
     assert left.keys() == right.keys()
     for name in left:
         np.testing.assert_array_equal(left[name], right[name], err_msg=name)
@@ -63,7 +63,7 @@ def test_a_batch_of_one_is_its_row_in_a_batch_of_many_bit_for_bit(plant, law):
         alone = Loop(plant, law, [world])
         _, _, single = alone.go(*alone.begin(), 0, TICKS)
         for all_worlds, row in zip(many, single, strict=True):
-            same(one_world(all_worlds, world), row)
+            assert_same(one_world(all_worlds, world), row)
     paths = np.stack([seen["[0].position"] for seen in many])
     assert len({tuple(path.ravel()) for path in np.swapaxes(paths, 0, 1)}) == len(WORLDS)
 
@@ -74,7 +74,7 @@ def test_order_of_the_worlds_does_not_matter(plant, law):
     loop, shuffled = Loop(plant, law), Loop(plant, law, order)
     _, _, seen = loop.go(*loop.begin(), 0, TICKS)
     _, _, mixed = shuffled.go(*shuffled.begin(), 0, TICKS)
-    same({name: leaf[order] for name, leaf in seen[-1].items()}, mixed[-1])
+    assert_same({name: leaf[order] for name, leaf in seen[-1].items()}, mixed[-1])
 
 
 @pytest.mark.parametrize(("plant", "law"), PAIRS)
@@ -86,8 +86,8 @@ def test_the_same_run_gives_the_same_bits(plant, law):
     new = Loop(plant, law)
     _, _, anew = new.go(*new.begin(), 0, TICKS)
     for left, right, third in zip(first, again, anew, strict=True):
-        same(left, right)
-        same(left, third)
+        assert_same(left, right)
+        assert_same(left, third)
 
 
 @pytest.mark.parametrize(("plant", "law"), PAIRS)
@@ -100,8 +100,8 @@ def test_a_run_goes_on_from_the_middle_with_the_same_bits(plant, law):
     kept = copy.deepcopy((state, memory))
     _, _, elsewhere = Loop(plant, law).go(*kept, TICKS // 2, TICKS)
     for left, right, third in zip(rest, again, elsewhere, strict=True):
-        same(left, right)
-        same(left, third)
+        assert_same(left, right)
+        assert_same(left, third)
 
 
 @pytest.mark.parametrize("plant", EVERY_PLANT)
@@ -117,9 +117,9 @@ def test_plants_are_pure(plant):
     other = loop.plant.step(loop.plant.step(state, command, TICK), command, TICK)  # go elsewhere in between
     loop.plant.details(other)
     again = loop.plant.step(state, command, TICK)
-    same(leaves(inputs), leaves((state, command, motion)))
-    same(leaves(stepped), leaves(again))
-    same(leaves(inputs[2]), leaves(loop.plant.observe(state)))
+    assert_same(leaves(inputs), leaves((state, command, motion)))
+    assert_same(leaves(stepped), leaves(again))
+    assert_same(leaves(inputs[2]), leaves(loop.plant.observe(state)))
     assert (again.status == 0).all()
     assert not np.array_equal(loop.plant.observe(again).position, motion.position)
 
@@ -132,8 +132,8 @@ def test_starting_anew_leaves_old_states_valid(plant):
     state = loop.go(*loop.begin(), 0, 5)[0]
     kept = copy.deepcopy(leaves((state, loop.plant.observe(state))))
     loop.plant.start(start)
-    same(kept, leaves((state, loop.plant.observe(state))))
-    same(leaves(before), leaves(start))
+    assert_same(kept, leaves((state, loop.plant.observe(state))))
+    assert_same(leaves(before), leaves(start))
 
 
 @pytest.mark.parametrize("law", EVERY_LAW)
@@ -158,9 +158,11 @@ def test_laws_are_pure(law):
     decision = copy.deepcopy(controller.update(memory, reference, motion, TICK))
     controller.update(decision.memory, reference, motion, TICK)
     again = controller.update(memory, reference, motion, TICK)
-    same(leaves(inputs), leaves((memory, reference, motion)))
+    assert_same(leaves(inputs), leaves((memory, reference, motion)))
     left, right = leaves(decision), leaves(again)
-    same({k: v for k, v in left.items() if v is not None}, {k: v for k, v in right.items() if v is not None})
+    assert_same(
+        {k: v for k, v in left.items() if v is not None}, {k: v for k, v in right.items() if v is not None}
+    )
 
 
 @pytest.mark.parametrize("plant", EVERY_PLANT)
@@ -194,7 +196,7 @@ def test_world_that_ends_is_frozen_and_the_others_do_not_notice(plant):
     others.plant = _with_arena(others.plant, small[[0, 1, 3, 4]])
     _, _, rest = others.go(*others.begin(), 0, TICKS)
     for left, right in zip(seen, rest, strict=True):
-        same({name: leaf[[0, 1, 3, 4]] for name, leaf in left.items()}, right)
+        assert_same({name: leaf[[0, 1, 3, 4]] for name, leaf in left.items()}, right)
 
 
 def _with_arena(plant: Any, arena: Any) -> Any:
@@ -226,7 +228,7 @@ def test_wide_batches_round_as_narrow_ones(drive):
 
     together = final(np.arange(worlds))
     for world in range(worlds):
-        same(one_world(together, world), final(np.array([world])))
+        assert_same(one_world(together, world), final(np.array([world])))
 
 
 @pytest.mark.parametrize("plant", TORQUE_PLANTS)

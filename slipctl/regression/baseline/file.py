@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from slipctl.experiment import durable
 from slipctl.regression.baseline.gated import GATED, LARGER_IS_BETTER, allowances, is_chaotic
 from slipctl.report.judged import update_command
 
@@ -264,12 +264,7 @@ def write(baseline: Baseline, path: Path) -> None:
         The folder is not writable.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_text(_text(baseline), encoding="utf-8", newline="\n")
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    durable.write_bytes(path, _text(baseline).encode("utf-8"))
 
 
 def _text(baseline: Baseline) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import os
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
+
+from slipctl.experiment import durable
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -56,19 +58,21 @@ def write_tracks(result: Result, path: Path, about: Mapping[str, str]) -> None:
     """
     import pyarrow.parquet as pq
 
+    rows = result.metrics.to_pylist()
+    if not rows:
+        return
+    tables = (
+        _thinned(result.run_signals(row["run"]), row).replace_schema_metadata(dict(about)) for row in rows
+    )
+
+    def fill(file: IO[bytes]) -> None:
+        first = next(tables)
+        with pq.ParquetWriter(file, first.schema, compression="zstd") as writer:
+            for table in itertools.chain([first], tables):
+                writer.write_table(table, row_group_size=table.num_rows)
+
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        writer = None
-        for row in result.metrics.to_pylist():
-            table = _thinned(result.run_signals(row["run"]), row).replace_schema_metadata(dict(about))
-            writer = writer or pq.ParquetWriter(beside, table.schema, compression="zstd")
-            writer.write_table(table, row_group_size=table.num_rows)
-        if writer is not None:
-            writer.close()
-            beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    durable.write(path, fill)
 
 
 def _thinned(signals: pa.Table, run: Mapping[str, object]) -> pa.Table:
